@@ -1,0 +1,1 @@
+"""What a map is, and how scans become one: the nouns that every room speaks."""

@@ -1,0 +1,64 @@
+"""The occupancy grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mapping.arrays import frozen_array
+from mapping.frame import GridFrame
+
+OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+"""The values of nav_msgs/OccupancyGrid in a trinary map."""
+
+TRINARY_LOG_ODDS = math.log(0.9 / 0.1)
+"""What a cell of a trinary file counts for: occupied with probability 0.9, or 0.1 where free."""
+
+
+@dataclass(frozen=True, eq=False)
+class OccupancyGrid:
+    """Log-odds of occupancy, ``log_odds`` (rows, cols) float32, row 0 lowest: > 0 occupied, < 0 free, 0 unknown.
+
+    Raises ``ValueError`` where the array does not have the frame's shape or holds a number that is not finite.
+    """
+
+    frame: GridFrame
+    log_odds: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "log_odds", frozen_array(self.log_odds, np.float32))
+        if self.log_odds.shape != self.frame.shape:
+            raise ValueError(
+                f"OccupancyGrid: log_odds {self.log_odds.shape}, but the frame has {self.frame.shape} cells"
+            )
+        if not np.isfinite(self.log_odds).all():
+            raise ValueError("OccupancyGrid: log_odds holds a number that is not finite")
+
+    @staticmethod
+    def from_occupancy(frame: GridFrame, occupancy: ArrayLike) -> OccupancyGrid:
+        """A grid from trinary values (rows, cols): 100 occupied, 0 free, -1 unknown."""
+        values = np.asarray(occupancy)
+        signs = (values == OCCUPIED).astype(np.float32) - (values == FREE).astype(np.float32)
+        return OccupancyGrid(frame, np.float32(TRINARY_LOG_ODDS) * signs)
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        return self.log_odds > 0.0
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        return self.log_odds < 0.0
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        return self.log_odds != 0.0
+
+    def occupancy(self) -> NDArray[np.int8]:
+        """The trinary map (rows, cols) int8 as nav_msgs/OccupancyGrid has it: 100, 0 or -1, row 0 lowest."""
+        values = np.full(self.frame.shape, UNKNOWN, dtype=np.int8)
+        values[self.occupied] = OCCUPIED
+        values[self.free] = FREE
+        return values

@@ -1,0 +1,73 @@
+"""One sweep of a 2-D lidar, named as sensor_msgs/LaserScan names it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.arrays import frozen_array
+
+
+@dataclass(frozen=True, eq=False)
+class LidarScan:
+    """One sweep: beam ``k`` looks along ``angle_min + k * angle_increment`` in the lidar's frame.
+
+    ``stamp`` in seconds, angles in radians counter-clockwise, ranges in metres. ``ranges`` (B,) float32 holds
+    finite readings within [range_min, range_max], ``+inf`` where nothing returned and ``-inf`` where something
+    stood too close (REP 117).
+
+    Raises ``ValueError`` naming the field: no beam, a range that is NaN or outside the limits, a sweep of more
+    than a full turn, limits out of order.
+    """
+
+    stamp: float
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ranges", frozen_array(self.ranges, np.float32))
+        self._check()
+
+    def _check(self) -> None:
+        if self.ranges.ndim != 1 or self.ranges.size == 0:
+            raise ValueError(f"LidarScan: ranges has shape {self.ranges.shape}, needs (B,) with at least one beam")
+        for name in ("stamp", "angle_min", "angle_increment", "range_min", "range_max"):
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"LidarScan: {name} is {getattr(self, name)}, not a finite number")
+        if not 0.0 <= self.range_min < self.range_max:
+            raise ValueError(f"LidarScan: range_min {self.range_min} and range_max {self.range_max} are out of order")
+        if self.angle_increment == 0.0 or abs(self.angle_increment) * (self.ranges.size - 1) > math.tau + 1e-6:
+            raise ValueError(
+                f"LidarScan: {self.ranges.size} beams at angle_increment {self.angle_increment} rad do not fit in a turn"
+            )
+        if np.isnan(self.ranges).any():
+            raise ValueError(f"LidarScan: the range of beam {int(np.isnan(self.ranges).argmax())} is NaN")
+        low, high = np.float32(self.range_min), np.float32(self.range_max)
+        outside = self.returned & ((self.ranges < low) | (self.ranges > high))
+        if outside.any():
+            beam = int(outside.argmax())
+            raise ValueError(
+                f"LidarScan: the range of beam {beam} is {self.ranges[beam]} m, "
+                f"outside [{self.range_min}, {self.range_max}]"
+            )
+
+    @property
+    def returned(self) -> NDArray[np.bool_]:
+        """Which beams measured a distance, (B,)."""
+        return np.isfinite(self.ranges)
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """The beams' directions in the lidar's frame [rad], (B,)."""
+        return self.angle_min + self.angle_increment * np.arange(self.ranges.size)
+
+    def points(self) -> NDArray[np.float64]:
+        """Where the returning beams ended, in the lidar's frame [m], (N, 2) in the beams' order."""
+        r, a = self.ranges[self.returned].astype(np.float64), self.angles[self.returned]
+        return np.stack((r * np.cos(a), r * np.sin(a)), axis=-1)

@@ -1,0 +1,37 @@
+"""The one place where a seed becomes random numbers."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Role(IntEnum):
+    """What a stream of random numbers is for. The numbers are part of every data set: never reuse or reorder them."""
+
+    WORLD = 0
+    STARTS = 1
+    RANGE_NOISE = 2
+    DROPOUT = 3
+    ODOMETRY_NOISE = 4
+    DISGUISE = 5
+    MERGE = 6
+    SHORT_READINGS = 7
+    RANDOM_READINGS = 8
+    LIDAR_BIAS = 9
+    ANGULAR_JITTER = 10
+    ODOMETRY_BIAS = 11
+    POLICY = 12
+
+
+def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
+    """Random numbers for one role of one robot (or world, or pair): independent of every other role and index.
+
+    Raises ``ValueError`` where the seed or index is negative.
+    """
+    if seed < 0:
+        raise ValueError(f"seed is {seed}, must not be negative")
+    if index < 0:
+        raise ValueError(f"index is {index}, must not be negative")
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index, int(role))))

@@ -1,0 +1,1 @@
+"""The workbench: command line, runs, scores and pictures."""

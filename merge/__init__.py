@@ -1,0 +1,1 @@
+"""Grids in; transforms, verdicts and one grid out. Knows no simulator and no truth."""

@@ -1,0 +1,1 @@
+"""Places to explore, as plain geometry."""
