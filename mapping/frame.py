@@ -53,7 +53,7 @@ class GridFrame:
     def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
         """Which cells, (N, 2) rows of row, col, lie in the raster: (N,)."""
         cells = np.asarray(cells)
-        inside: NDArray[np.bool_] = ((cells >= 0) & (cells < np.array(self.shape))).all(axis=-1)
+        inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.shape)), axis=-1)
         return inside
 
     def metre_from_pixel(self) -> NDArray[np.float64]:
@@ -80,8 +80,9 @@ def pixel_matrix(target: GridFrame, target_from_source: Similarity2, source: Gri
     sign of ``target_from_source.yaw``, because y points down in images.
     """
     similarity = np.vstack((target_from_source.matrix(), (0.0, 0.0, 1.0)))
-    matrix = np.linalg.solve(target.metre_from_pixel(), similarity @ source.metre_from_pixel())
-    return matrix[:2]
+    metre_from_pixel = similarity @ source.metre_from_pixel()
+    matrix: NDArray[np.float64] = np.linalg.solve(target.metre_from_pixel(), metre_from_pixel)[:2]
+    return matrix
 
 
 def similarity_from_pixels(target: GridFrame, matrix: ArrayLike, source: GridFrame) -> Similarity2:

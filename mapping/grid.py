@@ -54,7 +54,7 @@ class OccupancyGrid:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        return self.log_odds != 0.0
+        return np.not_equal(self.log_odds, 0.0)
 
     def occupancy(self) -> NDArray[np.int8]:
         """The trinary map (rows, cols) int8 as nav_msgs/OccupancyGrid has it: 100, 0 or -1, row 0 lowest."""

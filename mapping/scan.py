@@ -44,7 +44,7 @@ class LidarScan:
             raise ValueError(f"LidarScan: range_min {self.range_min} and range_max {self.range_max} are out of order")
         if self.angle_increment == 0.0 or abs(self.angle_increment) * (self.ranges.size - 1) > math.tau + 1e-6:
             raise ValueError(
-                f"LidarScan: {self.ranges.size} beams at angle_increment {self.angle_increment} rad do not fit in a turn"
+                f"LidarScan: {self.ranges.size} beams at angle_increment {self.angle_increment} rad exceed a turn"
             )
         if np.isnan(self.ranges).any():
             raise ValueError(f"LidarScan: the range of beam {int(np.isnan(self.ranges).argmax())} is NaN")
@@ -65,7 +65,7 @@ class LidarScan:
     @property
     def angles(self) -> NDArray[np.float64]:
         """The beams' directions in the lidar's frame [rad], (B,)."""
-        return self.angle_min + self.angle_increment * np.arange(self.ranges.size)
+        return self.angle_min + self.angle_increment * np.arange(self.ranges.size, dtype=np.float64)
 
     def points(self) -> NDArray[np.float64]:
         """Where the returning beams ended, in the lidar's frame [m], (N, 2) in the beams' order."""
