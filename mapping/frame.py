@@ -81,8 +81,7 @@ def pixel_matrix(target: GridFrame, target_from_source: Similarity2, source: Gri
     """
     similarity = np.vstack((target_from_source.matrix(), (0.0, 0.0, 1.0)))
     metre_from_pixel = similarity @ source.metre_from_pixel()
-    matrix: NDArray[np.float64] = np.linalg.solve(target.metre_from_pixel(), metre_from_pixel)[:2]
-    return matrix
+    return np.linalg.solve(target.metre_from_pixel(), metre_from_pixel)[:2].astype(np.float64)
 
 
 def similarity_from_pixels(target: GridFrame, matrix: ArrayLike, source: GridFrame) -> Similarity2:

@@ -1,0 +1,143 @@
+"""A grid re-expressed in a frame of its own: turned, shifted, and with cells of another true size than stated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+
+LEAST_SAMPLES = 4
+"""Points a side at which a new cell looks up the old grid; more where new cells are larger."""
+
+
+@dataclass(frozen=True)
+class DisguiseRanges:
+    """What a disguise is drawn from: scale log-uniform, rotation and offset uniform.
+
+    ``scale_low`` and ``scale_high`` are true metres per stated metre; ``max_yaw`` [rad] bounds the rotation either
+    way, ``max_offset`` the shift of either coordinate [stated metres].
+
+    Raises ``ValueError`` naming the field and the value.
+    """
+
+    scale_low: float = 0.5
+    scale_high: float = 2.0
+    max_yaw: float = math.pi
+    max_offset: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.scale_low <= self.scale_high < math.inf:
+            raise ValueError(f"DisguiseRanges: scale {self.scale_low} to {self.scale_high} is no range above zero")
+        if not 0.0 <= self.max_yaw <= math.pi:
+            raise ValueError(f"DisguiseRanges: max_yaw is {self.max_yaw}, must lie between 0 and pi")
+        if not 0.0 <= self.max_offset < math.inf:
+            raise ValueError(f"DisguiseRanges: max_offset is {self.max_offset}, must be finite and not negative")
+
+
+HONEST = DisguiseRanges(scale_low=1.0, scale_high=1.0)
+"""Turned and shifted, but the stated resolution is the true one."""
+
+
+def draw_disguise(rng: np.random.Generator, ranges: DisguiseRanges) -> Similarity2:
+    """``start_from_map``: from metres as the disguised map will state them to metres of the robot's start frame.
+
+    Four draws whatever the ranges, so that narrowing one leaves the others as they are.
+    """
+    along, turn, right, up = rng.random(4)
+    scale = math.exp((1.0 - along) * math.log(ranges.scale_low) + along * math.log(ranges.scale_high))
+    yaw = ranges.max_yaw * (2.0 * turn - 1.0)
+    x, y = ranges.max_offset * (2.0 * right - 1.0), ranges.max_offset * (2.0 * up - 1.0)
+    return Similarity2(x, y, yaw, 1.0 / scale).inverse()
+
+
+def disguise(grid: OccupancyGrid, start_from_map: Similarity2) -> OccupancyGrid:
+    """The grid as a map with origin yaw 0 in the frame on the right of ``start_from_map``, at the stated resolution.
+
+    Cells keep the resolution that they state; their true size is ``start_from_map.scale`` times it. A new cell is
+    occupied if it holds the centre of an occupied cell or lies in occupied cells by half (so walls of one cell survive
+    coarser cells, and keep their width in finer ones), else unknown if it lies in unknown cells by more than half,
+    else free. Its log-odds are the mean over the samples of that kind.
+
+    Raises ``ValueError`` where the grid knows no cell.
+    """
+    if not grid.known.any():
+        raise ValueError("disguise: the grid knows no cell")
+    frame = _bounding_frame(grid.frame, start_from_map)
+    samples = max(LEAST_SAMPLES, math.ceil(2.0 * start_from_map.scale * frame.resolution / grid.frame.resolution))
+    log_odds = _resample(grid.log_odds, _cell_affine(frame, start_from_map, grid.frame), samples, frame.shape)
+    _keep_walls(log_odds, grid, frame, start_from_map.inverse())
+    return _cut_to_known(frame, log_odds)
+
+
+def _bounding_frame(old: GridFrame, start_from_map: Similarity2) -> GridFrame:
+    rows, cols = old.shape
+    corners = old.metres_from_cells(np.array([[0, 0], [rows, 0], [0, cols], [rows, cols]]) - 0.5)
+    corners = start_from_map.inverse().apply(corners)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    new_cols, new_rows = (int(n) for n in np.ceil((high - low) / old.resolution - 1e-9))
+    return GridFrame(old.resolution, SE2(low[0], low[1], 0.0), (max(new_rows, 1), max(new_cols, 1)))
+
+
+def _cell_affine(new: GridFrame, start_from_map: Similarity2, old: GridFrame) -> NDArray[np.float64]:
+    """(2, 3) map from (x, y, 1) in cells of the new grid to x, y in cells of the old one."""
+    old_from_new = (
+        Similarity2.from_se2(old.origin, old.resolution).inverse()
+        @ start_from_map
+        @ Similarity2.from_se2(new.origin, new.resolution)
+    )
+    return old_from_new.matrix()
+
+
+@njit(cache=True)
+def _resample(
+    old: NDArray[np.float32], affine: NDArray[np.float64], samples: int, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    new = np.zeros(shape, np.float32)
+    for row in range(shape[0]):
+        for col in range(shape[1]):
+            occupied, free, sum_occupied, sum_free = 0, 0, 0.0, 0.0
+            for i in range(samples):
+                y = row + (i + 0.5) / samples
+                for j in range(samples):
+                    x = col + (j + 0.5) / samples
+                    c = math.floor(affine[0, 0] * x + affine[0, 1] * y + affine[0, 2])
+                    r = math.floor(affine[1, 0] * x + affine[1, 1] * y + affine[1, 2])
+                    if r < 0 or c < 0 or r >= old.shape[0] or c >= old.shape[1]:
+                        continue
+                    value = old[r, c]
+                    if value > 0.0:
+                        occupied, sum_occupied = occupied + 1, sum_occupied + value
+                    elif value < 0.0:
+                        free, sum_free = free + 1, sum_free + value
+            if 2 * occupied >= samples * samples:
+                new[row, col] = sum_occupied / occupied
+            elif free > 0 and 2 * (occupied + free) >= samples * samples:
+                new[row, col] = sum_free / free
+    return new
+
+
+def _keep_walls(
+    log_odds: NDArray[np.float32], old: OccupancyGrid, frame: GridFrame, map_from_start: Similarity2
+) -> None:
+    walls = np.argwhere(old.occupied)
+    cells = frame.cells_from_metres(map_from_start.apply(old.frame.metres_from_cells(walls)))
+    rows, cols = cells[:, 0].clip(0, frame.shape[0] - 1), cells[:, 1].clip(0, frame.shape[1] - 1)
+    np.maximum.at(log_odds, (rows, cols), old.log_odds[walls[:, 0], walls[:, 1]])
+
+
+def _cut_to_known(frame: GridFrame, log_odds: NDArray[np.float32]) -> OccupancyGrid:
+    known = log_odds != 0.0
+    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+    if rows.size == 0:
+        raise ValueError("disguise: no known cell is left at this scale")
+    window = log_odds[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
+    shift = SE2(float(cols[0]) * frame.resolution, float(rows[0]) * frame.resolution)
+    return OccupancyGrid(GridFrame(frame.resolution, frame.origin @ shift, (window.shape[0], window.shape[1])), window)
