@@ -1,0 +1,116 @@
+# The front door: `make world=office robots=3` sets everything up and runs the main job; `make help` lists the rest.
+
+# Set with =, so that a variable of the same name in the environment does not leak in; the command line still wins.
+world    = office
+robots   = 3
+seed     = 7
+duration = 120
+noise    = 1
+method   = sift
+out      = runs/$(world)-$(robots)-$(seed)
+PYTHON   = $(or $(shell command -v python3.11 2>/dev/null),python3)
+
+variables = world robots seed duration noise method out PYTHON
+
+# --- What stands on make's command line: known names only, and values that stay values ----------------------------------
+define newline
+
+
+endef
+given    := $(strip $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v)))
+unknown  := $(filter-out $(variables),$(given))
+broken   := $(strip $(foreach v,$(given),$(if $(findstring $(newline),$(value $v)),$v)))
+$(if $(unknown),$(error unknown variable $(firstword $(unknown)); known are: $(variables)))
+$(if $(broken),$(error the value of $(firstword $(broken)) holds a line break))
+$(foreach v,$(given),$(eval override $v := $$(value $v)))
+
+quote = '$(subst ','\'',$1)'
+
+# --- Setting up ----------------------------------------------------------------------------------------------------------
+bin   = .venv/bin
+stamp = .venv/.installed
+pip   = $(bin)/python -m pip --disable-pip-version-check --quiet
+
+found_python = $(shell $(call quote,$(PYTHON)) -c 'import platform; print(platform.python_version())' 2>/dev/null)
+check_python = $(if $(filter 3.11.%,$(found_python)),,$(error mapquilt needs Python 3.11, but $(PYTHON) \
+is $(if $(found_python),Python $(found_python),not a Python that runs); name one with PYTHON=/path/to/python3.11))
+
+# --- The job -------------------------------------------------------------------------------------------------------------
+define simulate
+$(bin)/mapquilt simulate $(call quote,$(world)) --robots $(call quote,$(robots)) --seed $(call quote,$(seed)) \
+  --duration $(call quote,$(duration)) --noise $(call quote,$(noise)) --out $(call quote,$(out))
+endef
+# Exit status 1 says that some map was refused: a result, to be scored like any other.
+merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(method)) || test $$? -eq 1
+score = $(bin)/mapquilt score $(call quote,$(out))
+
+# sim and merge are also folders.
+.PHONY: run sim merge score install test check bench lock clean help
+.DEFAULT_GOAL = run
+.DELETE_ON_ERROR:
+
+run: $(stamp)
+	$(simulate)
+	$(merge)
+	$(score)
+
+sim: $(stamp)
+	$(simulate)
+
+merge: $(stamp)
+	$(merge)
+
+score: $(stamp)
+	$(score)
+
+install: $(stamp)
+
+$(stamp): requirements.lock pyproject.toml
+	$(check_python)@echo "Installing into .venv; once, and it takes a minute or two."
+	@$(call quote,$(PYTHON)) -m venv .venv
+	@$(pip) install --require-hashes --no-deps -r requirements.lock
+	@$(pip) install --no-index --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# --- Working on mapquilt ---------------------------------------------------------------------------------------------------
+test: $(stamp)
+	$(bin)/pytest -n 2
+
+check: $(stamp)
+	$(bin)/ruff check .
+	$(bin)/ruff format --check .
+	$(bin)/mypy
+	$(bin)/lint-imports
+
+bench: $(stamp)
+	$(bin)/python -m mapquilt.bench
+
+lock: $(stamp)
+	@$(call quote,$(PYTHON)) -m venv .venv/lock
+	@.venv/lock/bin/python -m pip --disable-pip-version-check --quiet install "uv>=0.5"
+	.venv/lock/bin/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --upgrade \
+	  --generate-hashes --no-header --no-annotate --output-file requirements.lock --quiet
+
+clean:
+	rm -rf .venv build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+
+help:
+	@echo 'make [run]     simulate a team of robots, merge their maps, score the merge'
+	@echo 'make sim, make merge, make score   one step of that, on what the step before left in out'
+	@echo 'make test      run the tests'
+	@echo 'make check     lint, format, types, import contracts'
+	@echo 'make bench     measure the cost of each step'
+	@echo 'make install   only set up .venv (every verb above does, when needed)'
+	@echo 'make lock      pin the newest allowed versions in requirements.lock'
+	@echo 'make clean     remove .venv and caches; runs/ stays'
+	@echo 'make help      this list'
+	@echo ''
+	@echo 'Variables, as in  make world=office robots=3'
+	@echo '  world=office     the world to explore'
+	@echo '  robots=3         how many robots'
+	@echo '  seed=7           same seed, same bytes'
+	@echo '  duration=120     simulated seconds'
+	@echo '  noise=1          sensor noise, 0 for none'
+	@echo '  method=sift      how maps are matched'
+	@echo '  out=runs/WORLD-ROBOTS-SEED   where the run goes'
+	@echo '  PYTHON=python3.11            the Python to set up with'
