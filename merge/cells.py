@@ -1,0 +1,61 @@
+"""Two maps compared cell by cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping.grid import OccupancyGrid
+from mapping.similarity2 import Similarity2
+
+
+@dataclass(frozen=True)
+class CommonCells:
+    """Area that both maps know, in cells of the coarser map, and the part of it where they say the same."""
+
+    agree: float
+    disagree: float
+    smaller: float
+
+    @property
+    def known(self) -> float:
+        return self.agree + self.disagree
+
+    @property
+    def acceptance_index(self) -> float | None:
+        """agree / (agree + disagree), Birk and Carpin 2006, equation 4; None where no cell is common."""
+        return self.agree / self.known if self.known > 0.0 else None
+
+    @property
+    def overlap(self) -> float:
+        """The common area as a share of what the map that knows less knows."""
+        return min(1.0, self.known / self.smaller) if self.smaller > 0.0 else 0.0
+
+
+def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_source: Similarity2) -> CommonCells:
+    """Compare the original rasters, each cell with the cell of the other that holds its centre.
+
+    ``target_from_source`` maps cells to cells (:class:`merge.chart.Chart`). The mean of both directions, so that
+    swapping the maps and inverting gives the same; free on free and occupied on occupied agree, free on occupied
+    disagrees.
+    """
+    scale = target_from_source.scale
+    area, coarser = scale**2, max(1.0, scale) ** 2
+    there = np.array(_counts(target, source, target_from_source))
+    back = np.array(_counts(source, target, target_from_source.inverse()))
+    agree, disagree = (area * there + back) / (2.0 * coarser)
+    smaller = min(area * np.count_nonzero(source.known), float(np.count_nonzero(target.known))) / coarser
+    return CommonCells(float(agree), float(disagree), float(smaller))
+
+
+def _counts(below: OccupancyGrid, above: OccupancyGrid, below_from_above: Similarity2) -> tuple[int, int]:
+    rows, cols = np.nonzero(above.known)
+    points = below_from_above.apply(np.stack((cols, rows), axis=-1) + 0.5)
+    cells = np.floor(points[:, ::-1]).astype(np.intp)
+    inside = below.frame.contains(cells)
+    here = above.log_odds[rows[inside], cols[inside]]
+    there = below.log_odds[cells[inside, 0], cells[inside, 1]]
+    common = there != 0.0
+    agree = int(((here > 0.0) == (there > 0.0))[common].sum())
+    return agree, int(common.sum()) - agree

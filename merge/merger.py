@@ -1,0 +1,123 @@
+"""The merge of a team of maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.frame import GridFrame, pixel_matrix, similarity_from_pixels
+from mapping.grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapping.se2 import SE2
+from mapping.seeds import Role, stream
+from mapping.similarity2 import Similarity2
+from merge.chart import Chart
+from merge.consistency import one_frame
+from merge.fusion import fuse
+from merge.methods import PROPOSERS
+from merge.pair import PairAnswer, Sheet, merge_pair
+from merge.proposer import Proposer
+from merge.result import MergeResult, PairResult
+from merge.scale_range import ScaleRange
+from merge.settings import MergeSettings
+
+Progress = Callable[[int, int], None]
+"""Called with the number of pairs done and the number of pairs."""
+
+
+def merge_maps(
+    maps: MapSet,
+    settings: MergeSettings = MergeSettings(),  # noqa: B008
+    seed: int = 0,
+    on_progress: Progress | None = None,
+) -> MergeResult:
+    """Find the transforms between the maps of a team, say which to believe, and join those maps in one grid.
+
+    Every pair is proposed by ``settings.method``, then verified, refined and decided by what is common to all
+    methods; accepted pairs are chained into the frame of one map and fused there. The same maps, settings and seed
+    give the same result; a pair's answer depends neither on the other maps nor on which of the two comes first. Maps
+    that do not match are no error: their pair is refused with a reason. Raises ``ValueError`` where the seed is
+    negative.
+    """
+    scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
+    proposer = PROPOSERS[settings.method]
+    sheets = [_sheet(grid, proposer) for grid in maps.grids]
+    indices = list(combinations(range(len(maps)), 2))
+    pairs = []
+    for done, (target, source) in enumerate(indices, start=1):
+        in_cells = scale.times(_cells_per_cell(maps, target, source))
+        answer = _answer(sheets[target], sheets[source], in_cells, proposer, seed)
+        pairs.append(_pair_result(maps, target, source, answer))
+        if on_progress is not None:
+            on_progress(done, len(indices))
+    return _joined(maps, tuple(pairs))
+
+
+def _sheet(grid: OccupancyGrid, proposer: Proposer[Any]) -> Sheet:
+    chart = Chart.of(grid)
+    return Sheet(chart, proposer.describe(chart))
+
+
+def _cells_per_cell(maps: MapSet, target: int, source: int) -> float:
+    if "cell" in (maps.units[target], maps.units[source]):
+        return 1.0
+    return maps.grids[source].frame.resolution / maps.grids[target].frame.resolution
+
+
+def _answer(target: Sheet, source: Sheet, scale: ScaleRange, proposer: Proposer[Any], seed: int) -> PairAnswer:
+    rng = stream(seed, Role.MERGE)
+    if _order(target.chart.grid) <= _order(source.chart.grid):
+        return merge_pair(target, source, scale, proposer, rng)
+    swapped = merge_pair(source, target, scale.inverse(), proposer, rng)
+    found = swapped.target_from_source
+    return PairAnswer(None if found is None else found.inverse(), swapped.evidence, swapped.decision)
+
+
+def _order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
+    return grid.frame.shape, grid.log_odds.tobytes()
+
+
+def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer) -> PairResult:
+    metric, pixels = _placed(maps.grids[target].frame, answer.target_from_source, maps.grids[source].frame)
+    return PairResult(
+        target=maps.names[target],
+        source=maps.names[source],
+        accepted=answer.decision.accepted,
+        confidence=answer.decision.confidence,
+        reason=answer.decision.reason,
+        target_from_source=metric,
+        target_from_source_pixels=pixels,
+        unit=maps.units[target],
+        evidence=answer.evidence,
+    )
+
+
+def _placed(
+    target: GridFrame, cells: Similarity2 | None, source: GridFrame
+) -> tuple[Similarity2 | None, NDArray[np.float64] | None]:
+    if cells is None:
+        return None, None
+    pixels = pixel_matrix(_bare(target), cells, _bare(source))
+    return similarity_from_pixels(target, pixels, source), pixels
+
+
+def _bare(frame: GridFrame) -> GridFrame:
+    return GridFrame(1.0, SE2.identity(), frame.shape)
+
+
+def _joined(maps: MapSet, pairs: tuple[PairResult, ...]) -> MergeResult:
+    grid_of = dict(zip(maps.names, maps.grids, strict=True))
+    frames = one_frame({name: int(np.count_nonzero(grid.known)) for name, grid in grid_of.items()}, pairs)
+    placed = [(transform, grid_of[name]) for name, transform in frames.reference_from_map.items()]
+    return MergeResult(
+        names=maps.names,
+        pairs=pairs,
+        reference=frames.reference,
+        reference_from_map=frames.reference_from_map,
+        left_out=frames.left_out,
+        merged=fuse(grid_of[frames.reference].frame, placed),
+    )

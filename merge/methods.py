@@ -1,0 +1,12 @@
+"""The methods of proposing transforms, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from merge.proposer import Proposer
+from merge.sift import Sift
+
+PROPOSERS: Mapping[str, Proposer[Any]] = MappingProxyType({"sift": Sift()})

@@ -1,0 +1,90 @@
+"""What a merge answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.arrays import frozen_array
+from mapping.grid import OccupancyGrid
+from mapping.map_set import Unit
+from mapping.similarity2 import Similarity2
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for one transform, and what against it. Swapping the maps gives the same, up to rounding.
+
+    - ``acceptance_index``: share of the commonly known cells that agree (Birk and Carpin 2006); None without any;
+    - ``walls_on_walls``: share of the walls in the overlap that lie on a wall of the other map which faces the same
+      way;
+    - ``walls_in_free``: share of them that lie deep inside the other map's free space;
+    - ``common_known_cells``: area that both know, in cells of the coarser map;
+    - ``overlap``: that area as a share of what the map that knows less knows;
+    - ``matched_walls_cells``: length of the walls on walls, in cells of the coarser map;
+    - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
+    - ``agreement``: the number that ranks candidates, 0 to 1;
+    - ``rival_agreement``: that of the best distinct other candidate, 0 where there was none;
+    - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any.
+    """
+
+    acceptance_index: float | None
+    walls_on_walls: float | None
+    walls_in_free: float | None
+    common_known_cells: float
+    overlap: float
+    matched_walls_cells: float
+    spread: float
+    agreement: float
+    rival_agreement: float
+    matches: int | None
+    inliers: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class PairResult:
+    """The answer for one pair, ``target`` being the earlier map.
+
+    ``target_from_source`` maps metres as the source states them to metres as the target states them (cells where a
+    map is a bare picture; ``unit`` is that of x and y, the target's). ``target_from_source_pixels`` (2, 3) maps
+    pixels of the images, y down. ``confidence`` (0 to 1) is at least 1/2 where the pair is accepted. A refused pair
+    says why in ``reason`` and keeps its best candidate; the transform, the pixels and the evidence are None only
+    where nothing was proposed.
+    """
+
+    target: str
+    source: str
+    accepted: bool
+    confidence: float
+    reason: str | None
+    target_from_source: Similarity2 | None
+    target_from_source_pixels: NDArray[np.float64] | None
+    unit: Unit
+    evidence: Evidence | None
+
+    def __post_init__(self) -> None:
+        if self.target_from_source_pixels is not None:
+            pixels = frozen_array(self.target_from_source_pixels, np.float64)
+            object.__setattr__(self, "target_from_source_pixels", pixels)
+
+
+@dataclass(frozen=True, eq=False)
+class MergeResult:
+    """The answer for a team.
+
+    ``pairs`` holds one answer per unordered pair. ``reference_from_map`` holds the transforms, metric as in
+    :class:`PairResult`, of the maps that were joined, the reference's own identity among them; ``left_out`` says of
+    every other map why not. ``merged`` lies in the reference map's frame. ``confidence_calibrated`` is False while a
+    confidence only orders answers and is no probability.
+    """
+
+    names: tuple[str, ...]
+    pairs: tuple[PairResult, ...]
+    reference: str
+    reference_from_map: Mapping[str, Similarity2]
+    left_out: Mapping[str, str]
+    merged: OccupancyGrid
+    confidence_calibrated: bool = False

@@ -1,0 +1,76 @@
+"""How large an answer's scale may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from mapping.map_set import MapSet
+
+
+@dataclass(frozen=True)
+class ScaleRange:
+    """The scales that an answer may have, ``low`` to ``high``; equal where the scale is known.
+
+    Bounds are stated metres of the target per stated metre of the source, or pixels per pixel where either map is a
+    bare picture.
+
+    Raises ``ValueError`` where a bound is not positive and finite, or ``low`` lies above ``high``.
+    """
+
+    low: float = 1.0
+    high: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("low", "high"):
+            value = float(getattr(self, name))
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"ScaleRange: {name} is {value}, must be positive and finite")
+            object.__setattr__(self, name, value)
+        if self.low > self.high:
+            raise ValueError(f"ScaleRange: low {self.low} lies above high {self.high}")
+
+    @staticmethod
+    def known() -> ScaleRange:
+        return ScaleRange(1.0, 1.0)
+
+    @staticmethod
+    def free() -> ScaleRange:
+        return ScaleRange(0.5, 2.0)
+
+    @staticmethod
+    def parse(text: str) -> ScaleRange:
+        """The range that ``known``, ``free`` or ``LO:HI`` names. Raises ``ValueError`` naming the text."""
+        if text in ("known", "free"):
+            return ScaleRange.known() if text == "known" else ScaleRange.free()
+        low, _, high = text.partition(":")
+        try:
+            bounds = float(low), float(high)
+        except ValueError:
+            raise ValueError(f"scale is {text!r}, must be known, free or LO:HI such as 0.5:2") from None
+        try:
+            return ScaleRange(*bounds)
+        except ValueError as error:
+            raise ValueError(f"scale is {text!r}: {error}") from None
+
+    @staticmethod
+    def automatic(maps: MapSet) -> ScaleRange:
+        """Known where every map states a resolution that can be trusted, free otherwise."""
+        trusted = maps.resolutions_trusted and all(unit == "m" for unit in maps.units)
+        return ScaleRange.known() if trusted else ScaleRange.free()
+
+    @property
+    def fixed(self) -> bool:
+        return self.low == self.high
+
+    def times(self, factor: float) -> ScaleRange:
+        """The same range in other units."""
+        return ScaleRange(self.low * factor, self.high * factor)
+
+    def inverse(self) -> ScaleRange:
+        """The range of the inverse transforms."""
+        return ScaleRange(1.0 / self.high, 1.0 / self.low)
+
+    def clip(self, scale: float) -> float:
+        """The nearest scale within the range."""
+        return min(max(scale, self.low), self.high)
