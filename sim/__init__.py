@@ -1,1 +1,1 @@
-"""Robots with lidars that drive through a world: missions, stored clean, and the noise added afterwards."""
+"""PyBullet robots with lidars that explore a world; clean missions, and noise drawn on them afterwards."""

@@ -33,14 +33,14 @@ class Fitting:
 def furnish(rng: np.random.Generator, plan: FloorPlan) -> tuple[Polygon, ...]:
     """Draw furniture for each room of the plan: like rooms get the same fittings, and something of their own."""
     alike = tuple(_fittings(rng) for _ in range(2))
-    pieces: list[Polygon] = []
+    in_rooms: list[Polygon] = []
+    in_halls: list[Polygon] = []
     for room in plan.rooms:
         if room.kind == "room":
-            wanted = _room_pieces(rng, room, alike[int(rng.random() < 0.3)])
+            in_rooms += _admitted(_room_pieces(rng, room, alike[int(rng.random() < 0.3)]), room, plan, [])
         else:
-            wanted = _corridor_pieces(rng, room)
-        pieces += _admitted(wanted, room, plan)
-    return tuple(pieces)
+            in_halls += _admitted(_corridor_pieces(rng, room), room, plan, in_halls)
+    return (*in_halls, *in_rooms)
 
 
 def _fittings(rng: np.random.Generator) -> tuple[Fitting, ...]:
@@ -105,18 +105,22 @@ def _placed(fitting: Fitting, room: Room) -> Polygon:
     return box(x, y, x + fitting.deep, y + fitting.long)
 
 
-def _admitted(wanted: Iterable[Polygon], room: Room, plan: FloorPlan) -> list[Polygon]:
+def _admitted(wanted: Iterable[Polygon], room: Room, plan: FloorPlan, standing: list[Polygon]) -> list[Polygon]:
     """The wanted pieces that fit: clear of doors, no slits between things, and the floor stays in one piece."""
-    fixed = [wall for wall in plan.walls if _is_near(wall, room)]
+    walls = [wall for wall in plan.walls if _is_near(wall, room)]
     doors = [door for door in plan.doors if _is_near(np.array([(door.x, door.y)]), room)]
+    points = _floor_points(room)
+    floor = np.logical_and.reduce([_leaves_free(wall, points) for wall in walls])
     kept: list[Polygon] = []
     for piece in wanted:
-        apart = [_gap(piece, other) for other in kept]
-        walls = [_gap(piece, wall) for wall in fixed]
-        if min(apart, default=PASSAGE) < PASSAGE or any(0.0 < gap < PASSAGE for gap in walls):
+        from_walls = [_gap(piece, wall) for wall in walls]
+        from_pieces = [_gap(piece, other) for other in (*standing, *kept)]
+        if min(from_pieces, default=PASSAGE) < PASSAGE or any(0.0 < gap < PASSAGE for gap in from_walls):
             continue
-        if _keeps_doors(piece, doors) and _is_one_floor([*fixed, *kept, piece], room):
+        left = floor & _leaves_free(piece, points)
+        if _keeps_doors(piece, doors) and _is_one_piece(left):
             kept.append(piece)
+            floor = left
     return kept
 
 
@@ -140,11 +144,18 @@ def _keeps_doors(piece: Polygon, doors: list[Door]) -> bool:
     return not doors or bool((distances(edges(piece), centres) >= reach).all())
 
 
-def _is_one_floor(solids: list[Polygon], room: Room, step: float = 0.1, radius: float = 0.25) -> bool:
-    """Whether a robot of that radius [m] gets from every place in the room where it fits to every other."""
+def _floor_points(room: Room, step: float = 0.1) -> NDArray[np.float64]:
+    """Points [m] on the floor of the room, (rows, cols, 2)."""
     x, y = np.arange(room.x0, room.x1, step), np.arange(room.y0, room.y1, step)
-    points: NDArray[np.float64] = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    free = distances(np.concatenate([edges(each) for each in solids]), points) >= radius
-    for solid in solids:
-        free &= ~contains(solid, points)
-    return bool(ndimage.label(free.reshape(y.size, x.size), structure=np.ones((3, 3)))[1] == 1)
+    return np.stack(np.meshgrid(x, y), axis=-1)
+
+
+def _leaves_free(solid: Polygon, points: NDArray[np.float64], radius: float = 0.25) -> NDArray[np.bool_]:
+    """At which of the points, (rows, cols, 2), a robot of that radius [m] stands clear of the solid."""
+    rows = points.reshape(-1, 2)
+    free: NDArray[np.bool_] = (distances(edges(solid), rows) >= radius) & ~contains(solid, rows)
+    return free.reshape(points.shape[:2])
+
+
+def _is_one_piece(floor: NDArray[np.bool_]) -> bool:
+    return bool(ndimage.label(floor, structure=np.ones((3, 3)))[1] == 1)

@@ -1,0 +1,80 @@
+"""Steering towards a point without touching what the lidar sees now."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.drive import DriveLimits
+
+HORIZON = 1.2
+"""How far ahead a motion is looked at [s]."""
+MARGIN = 0.06
+"""Least distance between the hull and anything seen [m]."""
+COMFORT = 0.2
+"""Distance of the hull to anything seen [m] below which a motion is thought worse."""
+
+_SAMPLES = 6
+
+
+class Avoidance:
+    """The dynamic window approach without the window, as a commanded velocity is reached at once.
+
+    Every motion of a fixed fan (forward speed, turn rate) is rolled out over a short horizon; those that come too
+    near to a seen point fall out, and the one that ends best wins (Fox, Burgard and Thrun, "The dynamic window
+    approach to collision avoidance", IEEE RAM 1997). ``radius`` [m] is the robot's.
+    """
+
+    def __init__(self, limits: DriveLimits, radius: float) -> None:
+        self._radius = radius
+        speeds = limits.speed * np.array((-0.25, 0.0, 0.3, 0.65, 1.0))
+        turns = limits.turn_rate * np.linspace(-1.0, 1.0, 13)
+        self._fan = np.stack(np.meshgrid(speeds, turns, indexing="ij"), axis=-1).reshape(-1, 2)
+        times = HORIZON * np.arange(1, _SAMPLES + 1) / _SAMPLES
+        self._ways, self._headings = _rollouts(self._fan, times)
+        self._reach = limits.speed * HORIZON + radius + COMFORT
+
+    def steer(self, target: NDArray[np.float64], seen: NDArray[np.float64]) -> tuple[float, float]:
+        """(forward speed [m/s], turn rate [rad/s]) towards a target, (2,), past seen points, (N, 2), in base [m].
+
+        Where every motion comes too near, the one that keeps or wins the most room.
+        """
+        room = self._room(seen)
+        safe = room.min(axis=1) >= MARGIN
+        if not safe.any():
+            return _command(self._fan[int(np.argmax(room[:, -1] + room.min(axis=1)))])
+        to_target = target - self._ways[:, -1]
+        distance = np.hypot(to_target[:, 0], to_target[:, 1])
+        bearing = np.arctan2(to_target[:, 1], to_target[:, 0]) - self._headings
+        off = np.abs(np.arctan2(np.sin(bearing), np.cos(bearing))) * np.minimum(1.0, distance / 0.3)
+        tight = np.maximum(0.0, COMFORT - room.min(axis=1)) / COMFORT
+        backwards = self._fan[:, 0] < 0.0
+        cost = distance + 0.25 * off + 0.15 * tight + 0.2 * backwards
+        return _command(self._fan[int(np.argmin(np.where(safe, cost, math.inf)))])
+
+    def _room(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """From the hull to the nearest seen point [m] at each sample of each motion, (motions, samples)."""
+        near = seen[(seen**2).sum(axis=1) < (self._reach + self._radius) ** 2]
+        if len(near) == 0:
+            return np.full(self._ways.shape[:2], math.inf)
+        ways = self._ways.reshape(-1, 2)
+        squared = (ways**2).sum(axis=1)[:, None] - 2.0 * ways @ near.T + (near**2).sum(axis=1)
+        distance = np.sqrt(np.maximum(squared.min(axis=1), 0.0))
+        return distance.reshape(self._ways.shape[:2]) - self._radius
+
+
+def _command(motion: NDArray[np.float64]) -> tuple[float, float]:
+    return float(motion[0]), float(motion[1])
+
+
+def _rollouts(
+    fan: NDArray[np.float64], times: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions, (motions, samples, 2), along the arcs in base, and the headings where they end, (motions,)."""
+    speed, turn = fan[:, :1], fan[:, 1:]
+    angle = turn * times
+    half = angle / 2.0
+    chord = speed * times * np.sinc(half / np.pi)
+    return np.stack((chord * np.cos(half), chord * np.sin(half)), axis=-1), angle[:, -1]

@@ -1,0 +1,117 @@
+"""A robot that explores alone, on a map of its own."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.log_odds import LogOddsMapper
+from mapping.scan import LidarScan
+from mapping.se2 import SE2
+from sim.avoidance import Avoidance
+from sim.drive import DriveLimits
+from sim.frontiers import viewpoints
+from sim.lidar import Lidar
+from sim.routes import Routes
+from sim.stopwatch import Stopwatch
+
+CELL = 0.1
+"""Resolution of the map that a robot plans on [m]."""
+REPLAN = 2.5
+"""Longest time that a plan is kept [s]."""
+LOOKAHEAD = 0.7
+"""How far along its path a robot steers [m]."""
+ARRIVED = 0.3
+"""Distance at which a viewpoint counts as reached [m]."""
+MIN_GAIN = 0.4
+"""Unknown floor [m^2] that is worth no trip."""
+STUCK_TIME, STUCK_DISTANCE = 4.0, 0.15
+"""A robot that got no farther than this [m] in this time [s] on its way is stuck."""
+BAN_TIME, BAN_RADIUS = 15.0, 0.7
+"""For this time [s], a viewpoint this near [m] to one that could not be reached is not tried again."""
+
+
+class Explorer:
+    """Plans and steers one robot from its clean scans at true poses; it never hears of the world or other robots.
+
+    It drives to where it expects the most unknown floor for the way, avoids what its lidar sees now, other robots
+    among it, gives a goal up for a while when it is stuck, and is ``finished`` when nothing reachable is left.
+    """
+
+    def __init__(self, lidar: Lidar, limits: DriveLimits, radius: float, stopwatch: Stopwatch) -> None:
+        self._lidar = lidar
+        self._radius = radius
+        self._stopwatch = stopwatch
+        self._mapper = LogOddsMapper(CELL)
+        self._avoidance = Avoidance(limits, radius)
+        self._path: NDArray[np.float64] = np.empty((0, 2))
+        self._planned_at = -math.inf
+        self._banned: list[tuple[float, NDArray[np.float64]]] = []
+        self._past: deque[tuple[float, NDArray[np.float64]]] = deque()
+        self.finished = False
+
+    def command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
+        """The (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""
+        with self._stopwatch.on("mapping"):
+            self._mapper.integrate(scan, world_from_base @ self._lidar.base_from_lidar)
+        if self.finished:
+            return 0.0, 0.0
+        with self._stopwatch.on("planning"):
+            return self._command(scan, world_from_base)
+
+    def _command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
+        here = np.array((world_from_base.x, world_from_base.y))
+        if self._is_stuck(scan.stamp, here):
+            self._banned.append((scan.stamp + BAN_TIME, self._path[-1]))
+            self._path = self._path[:0]
+        arrived = len(self._path) == 0 or math.dist(here, self._path[-1]) < ARRIVED
+        if arrived or scan.stamp - self._planned_at > REPLAN:
+            self._plan(scan.stamp, here)
+        if len(self._path) == 0:
+            return 0.0, 0.0
+        target = world_from_base.inverse().apply(_ahead(self._path, here))
+        return self._avoidance.steer(target, self._lidar.base_from_lidar.apply(scan.points()))
+
+    def _plan(self, now: float, here: NDArray[np.float64]) -> None:
+        """Take the path to the viewpoint of greatest gain over way; without any, the robot waits or has finished."""
+        self._planned_at = now
+        grid = self._mapper.grid()
+        routes = Routes(grid, here, self._radius)
+        views = viewpoints(grid, routes)
+        self._banned = [ban for ban in self._banned if ban[0] > now]
+        places = grid.frame.metres_from_cells(views.cells)
+        worth = (views.gain >= MIN_GAIN) & (np.hypot(*(places - here).T) >= ARRIVED)
+        allowed = worth.copy()
+        for _, place in self._banned:
+            allowed &= np.hypot(*(places - place).T) > BAN_RADIUS
+        self.finished = not worth.any()
+        self._path = np.empty((0, 2))
+        if allowed.any():
+            utility = np.where(allowed, views.gain / (1.0 + views.cost), -math.inf)
+            self._path = routes.path_to(views.cells[int(np.argmax(utility))])
+
+    def _is_stuck(self, now: float, here: NDArray[np.float64]) -> bool:
+        if len(self._path) == 0:
+            self._past.clear()
+            return False
+        self._past.append((now, here))
+        if now - self._past[0][0] < STUCK_TIME:
+            return False
+        while now - self._past[0][0] > STUCK_TIME:
+            self._past.popleft()
+        stuck = all(math.dist(here, place) < STUCK_DISTANCE for _, place in self._past)
+        if stuck:
+            self._past.clear()
+        return stuck
+
+
+def _ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The point of the path a lookahead past the one nearest to the robot, (2,)."""
+    distance = np.hypot(*(path - here).T)
+    nearest = int(np.argmin(distance))
+    beyond = np.flatnonzero(distance[nearest:] > LOOKAHEAD)
+    place: NDArray[np.float64] = path[nearest + int(beyond[0])] if beyond.size else path[-1]
+    return place
