@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
+from mapping.seeds import Role, stream
 from mapping.similarity2 import Similarity2
 
 LEAST_SAMPLES = 4
@@ -20,7 +21,7 @@ LEAST_SAMPLES = 4
 
 @dataclass(frozen=True)
 class DisguiseRanges:
-    """What a disguise is drawn from: scale log-uniform, rotation and offset uniform.
+    """What disguises are drawn from: scale log-uniform, rotation and offset uniform.
 
     ``scale_low`` and ``scale_high`` are true metres per stated metre; ``max_yaw`` [rad] bounds the rotation either
     way, ``max_offset`` the shift of either coordinate [stated metres].
@@ -46,13 +47,23 @@ HONEST = DisguiseRanges(scale_low=1.0, scale_high=1.0)
 """Turned and shifted, but the stated resolution is the true one."""
 
 
-def draw_disguise(rng: np.random.Generator, ranges: DisguiseRanges) -> Similarity2:
-    """``start_from_map``: from metres as the disguised map will state them to metres of the robot's start frame.
+def draw_disguises(seed: int, maps: int, ranges: DisguiseRanges) -> tuple[Similarity2, ...]:
+    """``start_from_map`` of each map of a team: from metres as the disguised map will state them to metres of the
+    robot's start frame.
 
-    Four draws whatever the ranges, so that narrowing one leaves the others as they are.
+    The team shares a scale, drawn from the middle half of the range, and each map has one of its own around it, so
+    that the scale of one map to another stays in a range of that width too: 0.5 to 2 for the default. Each map has a
+    stream of its own and four draws whatever the ranges, so that narrowing one leaves the others as they are.
     """
+    centre = math.log(ranges.scale_low * ranges.scale_high) / 2.0
+    width = math.log(ranges.scale_high / ranges.scale_low)
+    team = centre + width / 2.0 * (stream(seed, Role.TEAM_SCALE).random() - 0.5)
+    return tuple(_draw(stream(seed, Role.DISGUISE, index), team, width / 2.0, ranges) for index in range(maps))
+
+
+def _draw(rng: np.random.Generator, team: float, width: float, ranges: DisguiseRanges) -> Similarity2:
     along, turn, right, up = rng.random(4)
-    scale = math.exp((1.0 - along) * math.log(ranges.scale_low) + along * math.log(ranges.scale_high))
+    scale = math.exp(team + width * (along - 0.5))
     yaw = ranges.max_yaw * (2.0 * turn - 1.0)
     x, y = ranges.max_offset * (2.0 * right - 1.0), ranges.max_offset * (2.0 * up - 1.0)
     return Similarity2(x, y, yaw, 1.0 / scale).inverse()

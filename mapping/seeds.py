@@ -23,6 +23,7 @@ class Role(IntEnum):
     ANGULAR_JITTER = 10
     ODOMETRY_BIAS = 11
     POLICY = 12
+    TEAM_SCALE = 13
 
 
 def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:

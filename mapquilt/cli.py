@@ -1,0 +1,189 @@
+"""The command line: it parses, calls one function, prints, and turns errors into one line and an exit status."""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated
+
+import click
+import typer
+from rich.console import Console
+
+from mapquilt import run_folder
+from mapquilt.load_maps import load_map_files
+from mapquilt.merge_file import merge_record
+from mapquilt.progress import mission_progress, share_progress
+from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
+from mapquilt.sample import Poses, SampleSettings, ScaleMode
+from mapquilt.tables import merge_table, print_table, score_table
+from merge.merger import merge_maps
+from merge.scale_range import ScaleRange
+from merge.settings import MergeSettings
+from sim.mission import MissionSettings
+
+ALL_MERGED, SOME_REFUSED, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 1, 2, 70, 130
+"""Exit statuses."""
+
+app = typer.Typer(
+    name="mapquilt",
+    help="Simulate teams of robots that map a place, merge their occupancy grids, and score the merge against the "
+    "truth.\n\nExit status: 0 all merged, 1 some map was refused, 2 bad input, 70 internal error, 130 interrupted.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Out = Annotated[Path, typer.Option("--out", help="Run folder to write; a run of mapquilt's there is replaced.")]
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that `simulate` or `sense` wrote.")]
+Noise = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 a decent robot, 3 a bad one.")]
+PosesOption = Annotated[Poses, typer.Option(help="Poses that the robots map with.")]
+ScaleOption = Annotated[ScaleMode, typer.Option(help="hidden: resolutions are stated wrong by a factor; honest: not.")]
+Resolution = Annotated[float, typer.Option(help="Cell size of the robots' grids [m].")]
+Model = Annotated[str, typer.Option(help="Inverse sensor model: octomap, hector, cartographer, counting, karto.")]
+ClearRange = Annotated[float, typer.Option(help="How far a beam without a return clears [m]; 0 clears nothing.")]
+
+
+@app.command()
+def simulate(
+    world: Annotated[str, typer.Argument(help="World family, such as office.")],
+    out: Out,
+    robots: Annotated[int, typer.Option(help="Number of robots.")] = 3,
+    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 7,
+    duration: Annotated[float, typer.Option(help="Mission time [s].")] = 120.0,
+    noise: Noise = 1.0,
+    poses: PosesOption = "odometry",
+    scale: ScaleOption = "hidden",
+    resolution: Resolution = 0.05,
+    model: Model = "octomap",
+    clear_range: ClearRange = 0.0,
+) -> int:
+    """Drive robots through a world; leave their maps, their logs and the truth."""
+    mission = MissionSettings(robots=robots, duration=duration)
+    sample = SampleSettings(noise, poses, scale, resolution, model, clear_range, seed)
+    with mission_progress(duration) as on_progress:
+        simulate_run(out, world, mission, sample, seed, on_progress)
+    print_table(f"{out}: {robots} maps of {world}, seed {seed}, {duration:g} s, noise {noise:g}")
+    return ALL_MERGED
+
+
+@app.command()
+def sense(
+    run: RunFolder,
+    out: Out,
+    noise: Noise = 1.0,
+    seed: Annotated[int | None, typer.Option(help="Seed of noise and disguise; default: that of RUN.")] = None,
+    poses: PosesOption = "odometry",
+    scale: ScaleOption = "hidden",
+    resolution: Resolution = 0.05,
+    model: Model = "octomap",
+    clear_range: ClearRange = 0.0,
+) -> int:
+    """Make another run of the same mission, at another noise level, without the simulator."""
+    settings = SampleSettings(
+        noise, poses, scale, resolution, model, clear_range, run_seed(run) if seed is None else seed
+    )
+    mission = sense_run(run, out, settings)
+    print_table(f"{out}: {len(mission.robots)} maps of {mission.world.name} from {run}, noise {noise:g}")
+    return ALL_MERGED
+
+
+@app.command()
+def merge(
+    maps: Annotated[
+        list[Path], typer.Argument(metavar="RUN | MAP...", help="A run folder, or maps: map_server YAML, PGM or PNG.")
+    ],
+    method: Annotated[str, typer.Option(help="Merging method.")] = "sift",
+    scale: Annotated[
+        str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
+    ] = "auto",
+    seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for merged map and picture; a run gets them itself.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
+) -> int:
+    """Find the transforms between maps, and merge them into one."""
+    settings = MergeSettings(method=method, scale=None if scale == "auto" else ScaleRange.parse(scale))
+    if len(maps) == 1 and maps[0].is_dir():
+        if out is not None:
+            raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
+        loaded = run_folder.load_maps(maps[0])
+        with share_progress("merging") as on_progress:
+            result = merge_run(maps[0], settings, seed, on_progress)
+    else:
+        loaded, warnings = load_map_files(maps)
+        for warning in warnings:
+            click.echo(f"mapquilt: warning: {warning}", err=True)
+        with share_progress("merging") as on_progress:
+            result = merge_maps(loaded, settings, seed, on_progress)
+        if out is not None:
+            write_merge(out, loaded, settings, seed, result)
+    if as_json:
+        click.echo(json.dumps(merge_record(loaded, settings, seed, result), allow_nan=False))
+    else:
+        print_table(merge_table(loaded, result))
+    for name, reason in result.left_out.items():
+        click.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
+    return SOME_REFUSED if result.left_out else ALL_MERGED
+
+
+@app.command()
+def score(run: RunFolder) -> int:
+    """Compare a run's merge with the truth; write score.json and overview.png."""
+    print_table(score_table(score_run(run_folder.require_run(run))))
+    return ALL_MERGED
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        click.echo(f"mapquilt {version('mapquilt')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    pass
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command and return its exit status. Errors end here, in one line on standard error."""
+    try:
+        status = typer.main.get_command(app).main(arguments, prog_name="mapquilt", standalone_mode=False)
+        return int(status or 0)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        return BAD_INPUT
+    except click.ClickException as error:
+        return _fail(error.format_message(), BAD_INPUT)
+    except (ValueError, OSError) as error:
+        return _fail(_one_line(error), BAD_INPUT)
+    except (KeyboardInterrupt, click.Abort):
+        return _fail("interrupted", INTERRUPTED)
+    except Exception as error:
+        traceback.print_exc()
+        return _fail(f"internal error: {type(error).__name__}: {error}", INTERNAL_ERROR)
+
+
+def _one_line(error: ValueError | OSError) -> str:
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
+
+
+def _fail(message: str, status: int) -> int:
+    Console(stderr=True).file.flush()
+    click.echo(f"mapquilt: {' '.join(message.split())}", err=True)
+    return status
+
+
+def main() -> None:
+    """Entry point of the installed command."""
+    sys.exit(run(sys.argv[1:]))

@@ -1,0 +1,59 @@
+"""JSON files with a versioned schema: the same value gives the same bytes, and what is read is checked."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+
+from mapping.atomic import write_bytes_aside
+from mapping.similarity2 import Similarity2
+
+
+@cache
+def _validator(kind: str) -> jsonschema.Draft202012Validator:
+    text = (resources.files("mapquilt") / "schemas" / f"{kind}.schema.json").read_text(encoding="utf-8")
+    return jsonschema.Draft202012Validator(json.loads(text))
+
+
+def write_record(path: Path, kind: str, record: dict[str, Any]) -> None:
+    """Write ``record`` aside and rename it into place, once it has been checked against the schema of its kind."""
+    _check(path, kind, record)
+    write_bytes_aside(path, to_text(record).encode())
+
+
+def to_text(record: dict[str, Any]) -> str:
+    """The record as the files hold it; numbers at full precision."""
+    return json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def read_record(path: Path, kind: str) -> dict[str, Any]:
+    """Read a JSON file and check it against the schema of its kind.
+
+    Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
+    """
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not JSON: {error}") from None
+    _check(path, kind, record)
+    return dict(record)
+
+
+def _check(path: Path, kind: str, record: Any) -> None:
+    error = jsonschema.exceptions.best_match(_validator(kind).iter_errors(record))
+    if error is not None:
+        where = error.json_path.removeprefix("$").removeprefix(".") or "the record"
+        raise ValueError(f"{path}: {where}: {error.message.splitlines()[0][:200]}")
+
+
+def similarity_record(transform: Similarity2) -> dict[str, float]:
+    return {"x": transform.x, "y": transform.y, "yaw": transform.yaw, "scale": transform.scale}
+
+
+def similarity_from_record(record: dict[str, float]) -> Similarity2:
+    return Similarity2(record["x"], record["y"], record["yaw"], record["scale"])

@@ -1,0 +1,36 @@
+"""The user's own map files as a map set."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from mapping.map_file import load_map
+from mapping.map_set import MapSet
+
+
+def load_map_files(paths: Sequence[Path]) -> tuple[MapSet, tuple[str, ...]]:
+    """The maps at these paths (map_server YAML, PGM or PNG) and the warnings of reading them.
+
+    A map is called after its file; where two files have one name, after its path. Raises ``ValueError`` or
+    ``OSError`` naming the file that cannot be used, and where a map is named twice or stands alone.
+    """
+    if len(paths) < 2:
+        raise ValueError(f"{paths[0]}: one map alone cannot be merged; name at least two, or a run folder")
+    for path in paths:
+        if path.is_dir():
+            raise ValueError(f"{path}: is a folder; name map files, or one run folder alone")
+    loaded = [load_map(path) for path in paths]
+    for path, entry in zip(paths, loaded, strict=True):
+        if not entry.grid.known.any():
+            raise ValueError(f"{path}: every cell is unknown")
+    stems = [path.stem for path in paths]
+    names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
+    warnings = tuple(f"{path}: {text}" for path, entry in zip(paths, loaded, strict=True) for text in entry.warnings)
+    maps = MapSet(
+        names=tuple(names),
+        grids=tuple(entry.grid for entry in loaded),
+        units=tuple(entry.unit for entry in loaded),
+        provenance={"source": "files"},
+    )
+    return maps, warnings

@@ -1,0 +1,37 @@
+"""Progress on standard error; silent when that is no terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+
+def _bar(*columns: str) -> Progress:
+    console = Console(stderr=True)
+    texts = [TextColumn(column) for column in columns]
+    parts = (texts[0], BarColumn(), *texts[1:], TimeRemainingColumn())
+    return Progress(*parts, console=console, transient=True, disable=not console.is_terminal)
+
+
+@contextmanager
+def mission_progress(duration: float) -> Iterator[Callable[[float], None]]:
+    """A bar of simulated seconds with the real-time factor; the block calls the function with the time done [s]."""
+    with _bar("simulating", "{task.completed:.0f}/{task.total:.0f} s", "{task.fields[factor]}") as bar:
+        task = bar.add_task("", total=duration, factor="")
+
+        def advance(done: float) -> None:
+            elapsed = bar.tasks[0].elapsed or 0.0
+            bar.update(task, completed=done, factor=f"{done / elapsed:.0f} x real time" if elapsed > 0.5 else "")
+
+        yield advance
+
+
+@contextmanager
+def share_progress(what: str) -> Iterator[Callable[[float], None]]:
+    """A bar of the share done, 0 to 1."""
+    with _bar(what, "{task.percentage:.0f} %") as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda share: bar.update(task, completed=share)

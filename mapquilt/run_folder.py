@@ -1,0 +1,95 @@
+"""A run on disk: what each stage leaves for the next.
+
+run.json             what made the run, and the mark by which mapquilt knows it as its own
+maps.json            the map set that the merger reads; nothing of the truth
+mission/             the clean mission: true poses, true ranges, the world
+robot_0/             map.pgm, map.yaml and log.npz, as a real robot could bring them home
+truth.json           where the maps truly lie
+merge.json           the merger's answer; merged.pgm, merged.yaml and merge.png beside it
+score.json           the answer against the truth; overview.png beside it
+timings.json         seconds; all that differs between two runs of one seed
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from mapping.atomic import folder_aside, write_bytes_aside
+from mapping.map_file import load_map
+from mapping.map_set import MapSet
+from mapquilt.json_file import read_record, to_text
+
+RUN_FILE = "run.json"
+MAPS_FILE = "maps.json"
+MISSION_FOLDER = "mission"
+TRUTH_FILE = "truth.json"
+MERGE_FILE = "merge.json"
+SCORE_FILE = "score.json"
+TIMINGS_FILE = "timings.json"
+MERGED_NAME = "merged"
+MERGE_PICTURE = "merge.png"
+OVERVIEW_PICTURE = "overview.png"
+
+
+def is_run(folder: Path) -> bool:
+    """Whether mapquilt wrote this folder as a run."""
+    return (folder / RUN_FILE).is_file()
+
+
+def refuse_foreign(folder: Path) -> None:
+    """Raise ``ValueError`` where writing a run there would overwrite what mapquilt did not write."""
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: exists and is not a folder")
+    if any(folder.iterdir()) and not is_run(folder):
+        raise ValueError(f"{folder}: is not empty and not a run of mapquilt; refusing to replace it")
+    if is_run(folder):
+        read_record(folder / RUN_FILE, "run")
+
+
+@contextmanager
+def new_run(folder: Path) -> Iterator[Path]:
+    """A folder to write a run into; it takes the final name, whole, when the block ends well.
+
+    A run of mapquilt's of that name is replaced. Raises ``ValueError`` for any other folder that is not empty.
+    """
+    refuse_foreign(folder)
+    with folder_aside(folder) as aside:
+        yield aside
+
+
+def require_run(folder: Path) -> Path:
+    """The folder, if it is a run. Raises ``ValueError`` naming it otherwise."""
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: no such run folder")
+    if not is_run(folder):
+        raise ValueError(f"{folder}: is not a run of mapquilt (it has no {RUN_FILE})")
+    return folder
+
+
+def load_maps(folder: Path) -> MapSet:
+    """The map set of a run, from its map files alone.
+
+    Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong.
+    """
+    record = read_record(require_run(folder) / MAPS_FILE, "maps")
+    loaded = [load_map(folder / entry["file"]) for entry in record["maps"]]
+    return MapSet(
+        names=tuple(entry["name"] for entry in record["maps"]),
+        grids=tuple(entry.grid for entry in loaded),
+        units=tuple(entry.unit for entry in loaded),
+        resolutions_trusted=record["resolutions_trusted"],
+        provenance=record["provenance"],
+    )
+
+
+def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:
+    """Note what a stage took, beside the stages before it."""
+    path = folder / TIMINGS_FILE
+    timings = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"unit": "s"}
+    timings[stage] = {name: round(value, 4) for name, value in seconds.items()}
+    write_bytes_aside(path, to_text(timings).encode())

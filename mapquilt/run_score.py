@@ -1,0 +1,96 @@
+"""The score of a run: every pair's answer against its truth."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mapping.map_set import MapSet
+from mapping.truth import PairTruth
+from mapquilt.json_file import write_record
+from mapquilt.merge_file import MergeAnswer, PairAnswer
+from mapquilt.score import RIGHT, THESIS, TransformError, known_diagonal, transform_error
+from mapquilt.truth_file import RunTruth
+
+SCHEMA = "mapquilt-score/1"
+
+
+@dataclass(frozen=True)
+class PairScore:
+    """One pair's answer against its truth. ``bent`` says that the truth's own residual [m] exceeds half the allowed
+    displacement, so that even a perfect answer may miss; None where no residual is known."""
+
+    target: str
+    source: str
+    overlap: float
+    accepted: bool
+    confidence: float
+    reason: str | None
+    error: TransformError | None
+    right: bool
+    right_thesis: bool
+    acceptance_index: float | None
+    residual_m: float | None
+    bent: bool | None
+
+
+@dataclass(frozen=True)
+class RunScore:
+    pairs: tuple[PairScore, ...]
+
+    def summary(self) -> dict[str, int]:
+        return {
+            "pairs": len(self.pairs),
+            "accepted": sum(pair.accepted for pair in self.pairs),
+            "right": sum(pair.right for pair in self.pairs),
+            "right_and_accepted": sum(pair.right and pair.accepted for pair in self.pairs),
+            "wrong_accepts": sum(pair.accepted and not pair.right for pair in self.pairs),
+        }
+
+
+def score_answer(maps: MapSet, truth: RunTruth, answer: MergeAnswer) -> RunScore:
+    """Score every pair of an answer.
+
+    Raises ``ValueError`` where the answer names a map or pair that the maps or the truth do not have.
+    """
+    return RunScore(tuple(_score_pair(maps, truth, pair) for pair in answer.pairs))
+
+
+def _score_pair(maps: MapSet, truth: RunTruth, pair: PairAnswer) -> PairScore:
+    for name in (pair.target, pair.source):
+        if name not in maps.names:
+            raise ValueError(f"the answer names a map {name!r} that the run does not have")
+    if (pair.target, pair.source) not in truth.pairs:
+        raise ValueError(f"the truth has no pair {pair.target}, {pair.source}")
+    true_pair = truth.pairs[pair.target, pair.source]
+    target, source = (maps.grids[maps.names.index(name)] for name in (pair.target, pair.source))
+    target_scale = truth.robot(pair.target).truth.world_from_map.scale
+    error = None
+    if pair.target_from_source is not None:
+        error = transform_error(target, source, true_pair.target_from_source, pair.target_from_source, target_scale)
+    allowed = RIGHT.displacement_of_diagonal * known_diagonal(target) * target_scale
+    return PairScore(
+        target=pair.target,
+        source=pair.source,
+        overlap=true_pair.overlap,
+        accepted=pair.accepted,
+        confidence=pair.confidence,
+        reason=pair.reason,
+        error=error,
+        right=error is not None and RIGHT.holds(error),
+        right_thesis=error is not None and THESIS.holds(error),
+        acceptance_index=pair.acceptance_index,
+        residual_m=true_pair.residual,
+        bent=_bent(true_pair, allowed),
+    )
+
+
+def _bent(pair: PairTruth, allowed: float) -> bool | None:
+    return None if pair.residual is None else pair.residual > allowed / 2.0
+
+
+def save_score(path: Path, score: RunScore) -> None:
+    pairs: list[dict[str, Any]] = [dataclasses.asdict(pair) for pair in score.pairs]
+    write_record(path, "score", {"schema": SCHEMA, "pairs": pairs, "summary": score.summary()})

@@ -1,0 +1,159 @@
+"""The four stages of the main job, each usable alone on what the one before left on disk."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mapping.map_file import load_map, save_map
+from mapping.map_set import MapSet
+from mapping.robot_log_file import save_robot_log
+from mapquilt import run_folder
+from mapquilt.json_file import read_record, write_record
+from mapquilt.merge_file import load_answer, merge_record
+from mapquilt.overview import draw_merge, draw_overview
+from mapquilt.run_score import RunScore, save_score, score_answer
+from mapquilt.sample import Sample, SampleSettings, make_sample
+from mapquilt.truth_file import load_truth, save_truth
+from merge.merger import merge_maps
+from merge.result import MergeResult
+from merge.settings import MergeSettings
+from sim.mission import Mission, MissionSettings, simulate
+from sim.mission_file import load_mission, save_mission
+from worlds.families import make_world
+
+RUN_SCHEMA = "mapquilt-run/1"
+MAPS_SCHEMA = "mapquilt-maps/1"
+
+Progress = Callable[[float], None]
+
+
+def simulate_run(
+    out: Path,
+    world_name: str,
+    mission_settings: MissionSettings,
+    sample_settings: SampleSettings,
+    seed: int,
+    on_progress: Progress | None = None,
+) -> Mission:
+    """Drive the robots, sense, map, disguise, and write the whole run."""
+    run_folder.refuse_foreign(out)
+    world = make_world(world_name, seed)
+    mission, times = simulate(world, mission_settings, seed, on_progress)
+    write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)})
+    return mission
+
+
+def sense_run(run: Path, out: Path, settings: SampleSettings) -> Mission:
+    """Make another run of a stored mission, without the simulator."""
+    run_folder.refuse_foreign(out)
+    mission = load_mission(run_folder.require_run(run) / run_folder.MISSION_FOLDER)
+    write_run(out, mission, settings, {})
+    return mission
+
+
+def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: dict[str, dict[str, float]]) -> Sample:
+    """Make the maps of a mission and write the run, whole or not at all."""
+    start = time.perf_counter()
+    sample = make_sample(mission, settings)
+    sampled = time.perf_counter() - start
+    with run_folder.new_run(out) as folder:
+        save_mission(folder / run_folder.MISSION_FOLDER, mission)
+        write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings))
+        _write_maps(folder, sample)
+        save_truth(folder / run_folder.TRUTH_FILE, sample.truth)
+        for stage, seconds in timings.items():
+            run_folder.add_timings(folder, stage, seconds)
+        written = time.perf_counter() - start - sampled
+        run_folder.add_timings(folder, "sense", {"sense_and_map": sampled, "write": written})
+    return sample
+
+
+def _run_record(mission: Mission, settings: SampleSettings) -> dict[str, Any]:
+    return {
+        "schema": RUN_SCHEMA,
+        "generator": f"mapquilt {version('mapquilt')}",
+        "world": mission.world.name,
+        "seed": mission.seed,
+        "robots": len(mission.robots),
+        "duration_s": mission.settings.duration,
+        "sample_seed": settings.seed,
+        "noise": settings.noise,
+        "poses": settings.poses,
+        "scale": settings.scale,
+        "resolution_m": settings.resolution,
+        "sensor_model": settings.model,
+        "clear_range_m": settings.clear_range,
+    }
+
+
+def _write_maps(folder: Path, sample: Sample) -> None:
+    entries = []
+    for name, grid, log in zip(sample.maps.names, sample.maps.grids, sample.logs, strict=True):
+        (folder / name).mkdir()
+        save_map(grid, folder / name / "map")
+        save_robot_log(folder / name / "log.npz", log)
+        entries.append({"name": name, "file": f"{name}/map.yaml"})
+    record = {
+        "schema": MAPS_SCHEMA,
+        "resolutions_trusted": sample.maps.resolutions_trusted,
+        "provenance": dict(sample.maps.provenance),
+        "maps": entries,
+    }
+    write_record(folder / run_folder.MAPS_FILE, "maps", record)
+
+
+def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:
+    """Merge a run's maps, from the map files alone, and write the answer beside them."""
+    maps = run_folder.load_maps(run)
+    start = time.perf_counter()
+    result = merge_maps(maps, settings, seed, on_progress)
+    merged = time.perf_counter() - start
+    for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
+        (run / stale).unlink(missing_ok=True)
+    write_merge(run, maps, settings, seed, result)
+    drawn = time.perf_counter() - start - merged
+    run_folder.add_timings(run, "merge", {"merge": merged, "write_and_draw": drawn})
+    return result
+
+
+def write_merge(folder: Path, maps: MapSet, settings: MergeSettings, seed: int, result: MergeResult) -> None:
+    """Write merged.pgm, merged.yaml, merge.png and merge.json into a folder, which is made if it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    save_map(result.merged, folder / run_folder.MERGED_NAME)
+    draw_merge(folder / run_folder.MERGE_PICTURE, maps, result.merged, dict(result.reference_from_map))
+    write_record(folder / run_folder.MERGE_FILE, "merge", merge_record(maps, settings, seed, result))
+
+
+def score_run(run: Path) -> RunScore:
+    """Compare a run's answer with its truth, write score.json and draw the overview."""
+    maps = run_folder.load_maps(run)
+    merge_path = run / run_folder.MERGE_FILE
+    if not merge_path.exists():
+        raise ValueError(f"{merge_path}: no such file; run `mapquilt merge {run}` first")
+    answer, truth = load_answer(merge_path), load_truth(run / run_folder.TRUTH_FILE)
+    start = time.perf_counter()
+    score = score_answer(maps, truth, answer)
+    save_score(run / run_folder.SCORE_FILE, score)
+    scored = time.perf_counter() - start
+    draw_overview(
+        run / run_folder.OVERVIEW_PICTURE,
+        load_mission(run / run_folder.MISSION_FOLDER),
+        maps,
+        truth,
+        load_map(run / f"{run_folder.MERGED_NAME}.yaml").grid,
+        answer.reference,
+        answer.reference_from_map,
+    )
+    drawn = time.perf_counter() - start - scored
+    run_folder.add_timings(run, "score", {"score": scored, "draw": drawn})
+    return score
+
+
+def run_seed(run: Path) -> int:
+    """The seed that made a run's noise and disguise."""
+    return int(read_record(run_folder.require_run(run) / run_folder.RUN_FILE, "run")["sample_seed"])

@@ -1,0 +1,162 @@
+"""From a clean mission to a team's maps and their truth: sense, map, disguise, fit."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.believed import by_odometry
+from mapping.disguise import HONEST, DisguiseRanges, disguise, draw_disguises
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.log_odds import map_log
+from mapping.map_set import MapSet
+from mapping.robot_log import RobotLog, RobotTruth
+from mapping.se2 import SE2
+from mapping.sensor_model import sensor_model
+from mapping.similarity2 import Similarity2
+from mapping.trajectory import Trajectory
+from mapping.truth import (
+    TRUE_RESOLUTION,
+    MapTruth,
+    PairTruth,
+    Sightings,
+    map_truth,
+    observed,
+    overlap,
+    pair_truth,
+    sightings,
+)
+from mapquilt.truth_file import RobotOrigin, RunTruth
+from sim.mission import Mission
+from sim.noise import Noise, Sensed, sense
+
+Poses = Literal["odometry", "truth"]
+ScaleMode = Literal["hidden", "honest"]
+
+
+@dataclass(frozen=True)
+class SampleSettings:
+    """How maps are made of a mission: noise level, the poses that robots map with, whether the scale is hidden,
+    resolution [m/cell], inverse sensor model, how far beams without a return clear [m], and the seed of noise and
+    disguise.
+
+    Raises ``ValueError`` naming the field and the value.
+    """
+
+    noise: float = 1.0
+    poses: Poses = "odometry"
+    scale: ScaleMode = "hidden"
+    resolution: float = 0.05
+    model: str = "octomap"
+    clear_range: float = 0.0
+    seed: int = 7
+
+    def __post_init__(self) -> None:
+        Noise.level(self.noise)
+        sensor_model(self.model)
+        if self.poses not in ("odometry", "truth"):
+            raise ValueError(f"poses is {self.poses!r}, must be odometry or truth")
+        if self.scale not in ("hidden", "honest"):
+            raise ValueError(f"scale is {self.scale!r}, must be hidden or honest")
+        if not 0.001 <= self.resolution <= 10.0:
+            raise ValueError(f"resolution is {self.resolution} m, must lie between 0.001 and 10")
+        if not 0.0 <= self.clear_range < math.inf:
+            raise ValueError(f"clear_range is {self.clear_range} m, must be finite and not negative")
+        if self.seed < 0:
+            raise ValueError(f"seed is {self.seed}, must not be negative")
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A team's maps as the merger gets them, the logs they were drawn from, and the truth."""
+
+    maps: MapSet
+    logs: tuple[RobotLog, ...]
+    truth: RunTruth
+
+
+@dataclass(frozen=True, eq=False)
+class _RobotSample:
+    log: RobotLog
+    grid: OccupancyGrid
+    start_from_map: Similarity2
+    seen: Sightings
+    footprint: NDArray[np.bool_]
+    truth: MapTruth
+
+
+def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[], None] = lambda: None) -> Sample:
+    """Sense, map and disguise a mission once; the same settings give the same sample.
+
+    ``on_robot`` is called as each robot is done. Raises ``ValueError`` where a robot saw nothing to map.
+    """
+    ranges = HONEST if settings.scale == "honest" else DisguiseRanges()
+    world = _world_frame(mission)
+    robots = []
+    for index, start_from_map in enumerate(draw_disguises(settings.seed, len(mission.robots), ranges)):
+        robots.append(_make_robot(mission.robots[index], index, settings, start_from_map, world))
+        on_robot()
+    names = tuple(f"robot_{index}" for index in range(len(robots)))
+    return Sample(
+        maps=MapSet(
+            names=names,
+            grids=tuple(robot.grid for robot in robots),
+            units=("m",) * len(robots),
+            resolutions_trusted=settings.scale == "honest",
+            provenance={"source": "simulation", "world": mission.world.name},
+        ),
+        logs=tuple(robot.log for robot in robots),
+        truth=RunTruth(_origins(names, robots, mission), _pair_truths(names, robots)),
+    )
+
+
+def _world_frame(mission: Mission) -> GridFrame:
+    width, height = mission.world.size
+    shape = math.ceil(height / TRUE_RESOLUTION), math.ceil(width / TRUE_RESOLUTION)
+    return GridFrame(TRUE_RESOLUTION, SE2.identity(), shape)
+
+
+def _make_robot(
+    truth: RobotTruth, index: int, settings: SampleSettings, start_from_map: Similarity2, world: GridFrame
+) -> _RobotSample:
+    sensed = sense(truth, Noise.level(settings.noise), settings.seed, index)
+    believed = _believed(sensed, truth, settings.poses)
+    drawn = map_log(sensed.log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
+    seen = sightings(sensed.log, truth, believed, sensed.replaced)
+    return _RobotSample(
+        log=sensed.log,
+        grid=disguise(drawn, start_from_map),
+        start_from_map=start_from_map,
+        seen=seen,
+        footprint=observed(truth, world, settings.clear_range),
+        truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
+    )
+
+
+def _believed(sensed: Sensed, truth: RobotTruth, poses: Poses) -> Trajectory:
+    return by_odometry(sensed.log) if poses == "odometry" else truth.trajectory.from_start()
+
+
+def _origins(names: tuple[str, ...], robots: list[_RobotSample], mission: Mission) -> tuple[RobotOrigin, ...]:
+    return tuple(
+        RobotOrigin(name, truth.trajectory.pose(0), robot.start_from_map, robot.truth)
+        for name, robot, truth in zip(names, robots, mission.robots, strict=True)
+    )
+
+
+def _pair_truths(names: tuple[str, ...], robots: list[_RobotSample]) -> dict[tuple[str, str], PairTruth]:
+    pairs = {}
+    for t, s in itertools.combinations(range(len(robots)), 2):
+        target, source = robots[t], robots[s]
+        shared = overlap(target.footprint, source.footprint)
+        pairs[names[t], names[s]] = pair_truth(
+            target.seen, source.seen, target.start_from_map, source.start_from_map, shared
+        )
+    return pairs

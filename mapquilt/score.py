@@ -1,0 +1,92 @@
+"""How far an answer is from the truth: one definition for score, benchmark, studies and reports."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping.grid import OccupancyGrid
+from mapping.se2 import wrap_angle
+from mapping.similarity2 import Similarity2
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What counts as right: rotation [degrees], scale [percent] and mean displacement, either as a share of the
+    diagonal of the target's known cells or in target cells."""
+
+    rotation_deg: float
+    scale_percent: float
+    displacement_of_diagonal: float = math.inf
+    displacement_cells: float = math.inf
+
+    def holds(self, error: TransformError) -> bool:
+        return (
+            error.displacement_cells is not None
+            and error.displacement_of_diagonal is not None
+            and error.rotation_deg <= self.rotation_deg
+            and error.scale_percent <= self.scale_percent
+            and error.displacement_of_diagonal <= self.displacement_of_diagonal
+            and error.displacement_cells <= self.displacement_cells
+        )
+
+
+RIGHT = Criterion(rotation_deg=2.0, scale_percent=3.0, displacement_of_diagonal=0.015)
+THESIS = Criterion(rotation_deg=5.0, scale_percent=5.0, displacement_cells=10.0)
+"""Chen 2021: within 10 px, 5 degrees and 5 %."""
+
+
+@dataclass(frozen=True)
+class TransformError:
+    """Rotation [degrees], scale [percent], and the mean displacement of the cells that both maps know under the
+    truth: in metres of the world, in cells of the target, and as a share of the diagonal of the target's known cells.
+    The displacements are None where the maps share no cell; no answer is right then."""
+
+    rotation_deg: float
+    scale_percent: float
+    displacement_m: float | None
+    displacement_cells: float | None
+    displacement_of_diagonal: float | None
+
+
+def transform_error(
+    target: OccupancyGrid,
+    source: OccupancyGrid,
+    truth: Similarity2,
+    answer: Similarity2,
+    target_scale: float = 1.0,
+) -> TransformError:
+    """Error of ``answer`` against ``truth``, both target_from_source.
+
+    ``target_scale`` is true metres per metre that the target states.
+    """
+    rotation = abs(math.degrees(wrap_angle(answer.yaw - truth.yaw)))
+    scale = 100.0 * abs(answer.scale / truth.scale - 1.0)
+    points = source.frame.metres_from_cells(np.argwhere(source.known))
+    true_points = truth.apply(points)
+    cells = target.frame.cells_from_metres(true_points)
+    inside = target.frame.contains(cells)
+    inside[inside] = target.known[cells[inside, 0], cells[inside, 1]]
+    if not inside.any():
+        return TransformError(rotation, scale, None, None, None)
+    moved = float(np.hypot(*(answer.apply(points[inside]) - true_points[inside]).T).mean())
+    return TransformError(
+        rotation,
+        scale,
+        moved * target_scale,
+        moved / target.frame.resolution,
+        moved / known_diagonal(target),
+    )
+
+
+def known_diagonal(grid: OccupancyGrid) -> float:
+    """Diagonal of the box around the known cells [stated metres].
+
+    Raises ``ValueError`` where the grid knows no cell.
+    """
+    rows, cols = np.nonzero(grid.known)
+    if rows.size == 0:
+        raise ValueError("known_diagonal: the grid knows no cell")
+    return grid.frame.resolution * math.hypot(float(np.ptp(rows)) + 1.0, float(np.ptp(cols)) + 1.0)

@@ -1,0 +1,93 @@
+"""Short tables for the terminal."""
+
+from __future__ import annotations
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from mapping.map_set import MapSet
+from mapquilt.run_score import PairScore, RunScore
+from merge.result import MergeResult, PairResult
+
+PLAIN_WIDTH = 160
+"""Columns where the output is no terminal, so that rows do not break."""
+
+
+def print_table(table: Table | str) -> None:
+    """Print on standard output; colours only on a terminal."""
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=PLAIN_WIDTH)
+    console.print(table, soft_wrap=isinstance(table, str))
+
+
+def _table(*columns: tuple[str, bool]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name, number in columns:
+        table.add_column(name, justify="right" if number else "left")
+    return table
+
+
+def _verdict(accepted: bool, reason: str | None) -> str:
+    return "accepted" if accepted else f"refused: {reason}"
+
+
+def merge_table(maps: MapSet, result: MergeResult) -> Table:
+    """Each pair's verdict, confidence and transform."""
+    table = _table(
+        ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
+    )
+    for pair in result.pairs:
+        table.add_row(*_merge_row(pair))
+    merged = len(result.reference_from_map)
+    table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
+    if not result.confidence_calibrated:
+        table.caption += "; confidence is uncalibrated"
+    table.caption_justify = "left"
+    return table
+
+
+def _merge_row(pair: PairResult) -> tuple[str, ...]:
+    transform = pair.target_from_source
+    verdict = _verdict(pair.accepted, pair.reason)
+    head = (f"{pair.target} <- {pair.source}", verdict, f"{pair.confidence:.2f}")
+    if transform is None:
+        return (*head, "-", "-", "-")
+    yaw = f"{transform.yaw * 57.29577951308232:.2f} deg"
+    return (*head, yaw, f"{transform.scale:.4f}", f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}")
+
+
+def score_table(score: RunScore) -> Table:
+    """Each pair's true overlap, verdict, errors and acceptance index."""
+    table = _table(
+        ("pair", False),
+        ("true overlap", True),
+        ("verdict", False),
+        ("right", False),
+        ("rotation", True),
+        ("scale", True),
+        ("displacement", True),
+        ("acceptance index", True),
+    )
+    for pair in score.pairs:
+        table.add_row(*_score_row(pair))
+    counts = score.summary()
+    table.caption = (
+        f"{counts['right_and_accepted']} of {counts['pairs']} pairs right and accepted, "
+        f"{counts['wrong_accepts']} wrongly accepted"
+    )
+    table.caption_justify = "left"
+    return table
+
+
+def _score_row(pair: PairScore) -> tuple[str, ...]:
+    head = (f"{pair.target} <- {pair.source}", f"{100 * pair.overlap:.0f} %", _verdict(pair.accepted, pair.reason))
+    index = "-" if pair.acceptance_index is None else f"{pair.acceptance_index:.3f}"
+    if pair.error is None:
+        return (*head, "-", "-", "-", "-", index)
+    moved = "no common cells"
+    if pair.error.displacement_m is not None:
+        moved = f"{pair.error.displacement_m:.3f} m, {pair.error.displacement_cells:.1f} cells"
+    right = "right" if pair.right else "wrong"
+    return (*head, right, f"{pair.error.rotation_deg:.2f} deg", f"{pair.error.scale_percent:.2f} %", moved, index)
