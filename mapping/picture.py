@@ -92,6 +92,8 @@ def _read_png(data: bytes) -> Picture:
     if len(data) < 24 or data[12:16] != b"IHDR":
         raise ValueError("the PNG header is broken")
     _check_size(*struct.unpack(">II", data[16:24]))
+    if b"IEND" not in data:
+        raise ValueError("the PNG is truncated: it has no end chunk")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)

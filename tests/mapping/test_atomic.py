@@ -1,0 +1,121 @@
+"""Files and folders are there whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mapping.atomic import folder_aside, write_bytes_aside
+
+
+class HalfwayError(RuntimeError):
+    """What stops a writer halfway."""
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_file_is_written_and_replaced(tmp_path: Path) -> None:
+    for data in (b"first", b"second"):
+        write_bytes_aside(tmp_path / "file", data)
+        assert (tmp_path / "file").read_bytes() == data
+    assert names(tmp_path) == {"file"}
+
+
+def test_a_file_has_the_usual_rights(tmp_path: Path) -> None:
+    (tmp_path / "usual").write_bytes(b"")
+    write_bytes_aside(tmp_path / "file", b"")
+    with folder_aside(tmp_path / "folder"):
+        pass
+    (tmp_path / "usual folder").mkdir()
+    rights = {name: stat.S_IMODE((tmp_path / name).stat().st_mode) for name in names(tmp_path)}
+    assert rights["file"] == rights["usual"]
+    assert rights["folder"] == rights["usual folder"]
+
+
+def test_a_file_that_cannot_be_renamed_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "taken").mkdir()
+    with pytest.raises(OSError, match="taken"):
+        write_bytes_aside(tmp_path / "taken", b"data")
+    assert names(tmp_path) == {"taken"}
+
+
+def test_a_folder_appears_at_the_end_only(tmp_path: Path) -> None:
+    final = tmp_path / "a" / "b" / "run"
+    with folder_aside(final) as aside:
+        (aside / "file").write_text("new")
+        assert not final.exists()
+        assert aside.parent == final.parent
+    assert (final / "file").read_text() == "new"
+    assert names(final.parent) == {"run"}
+
+
+def test_a_folder_is_replaced_whole(tmp_path: Path) -> None:
+    final = tmp_path / "run"
+    final.mkdir()
+    (final / "old").write_text("old")
+    with folder_aside(final) as aside:
+        (aside / "new").write_text("new")
+        assert names(final) == {"old"}
+    assert names(final) == {"new"}
+    assert names(tmp_path) == {"run"}
+
+
+@pytest.mark.parametrize("existed", [True, False])
+def test_a_block_that_fails_changes_nothing(tmp_path: Path, existed: bool) -> None:
+    final = tmp_path / "run"
+    if existed:
+        final.mkdir()
+        (final / "old").write_text("old")
+    with pytest.raises(HalfwayError), folder_aside(final) as aside:
+        (aside / "new").write_text("half")
+        raise HalfwayError
+    assert names(tmp_path) == ({"run"} if existed else set())
+    if existed:
+        assert names(final) == {"old"}
+
+
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "run").symlink_to(tmp_path / "disk")
+    with folder_aside(tmp_path / "run") as aside:
+        (aside / "new").write_text("new")
+    assert (tmp_path / "run").is_symlink()
+    assert names(tmp_path / "disk") == {"new"}
+
+
+def test_a_file_is_never_replaced_by_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "run").write_text("a report")
+    with pytest.raises(NotADirectoryError, match="run is a file"), folder_aside(tmp_path / "run"):
+        pass
+    assert (tmp_path / "run").read_text() == "a report"
+
+
+def test_a_killed_writer_leaves_the_old_folder_and_can_be_started_again(tmp_path: Path) -> None:
+    final = tmp_path / "run"
+    final.mkdir()
+    (final / "old").write_text("old")
+    writer = (
+        "import sys, pathlib, time; from mapping.atomic import folder_aside\n"
+        "with folder_aside(pathlib.Path(sys.argv[1])) as aside:\n"
+        "    (aside / 'half').write_text('half'); print('ready', flush=True); time.sleep(60)\n"
+    )
+    root = Path(__file__).parents[2]
+    process = subprocess.Popen(
+        [sys.executable, "-c", writer, str(final)], cwd=root, stdout=subprocess.PIPE, env=dict(os.environ)
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"ready\n"
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert names(final) == {"old"}
+    with folder_aside(final) as aside:
+        (aside / "new").write_text("new")
+    assert names(final) == {"new"}
