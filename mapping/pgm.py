@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _GAP = rb"(?:[ \t\r\n\v\f]|#[^\r\n]*[\r\n])"
+_MAX_HEADER = 2**16  # bytes; longer comments than that are no header
 _HEADER = re.compile(rb"P([25])" + (_GAP + rb"+(\d{1,10})") * 3 + _GAP, re.DOTALL)
 _COMMENT = re.compile(rb"#[^\r\n]*")
 
@@ -34,7 +35,7 @@ class PgmHeader:
 
 def read_header(data: bytes) -> PgmHeader:
     """The header of a PGM. Raises ``ValueError`` (without a file name) where it is broken or the maxval is wrong."""
-    match = _HEADER.match(data)
+    match = _HEADER.match(data[:_MAX_HEADER])
     if match is None:
         raise ValueError("the PGM header is broken")
     kind, width, height, maxval = (int(number) for number in match.groups())
