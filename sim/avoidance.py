@@ -51,8 +51,24 @@ class Avoidance:
         off = np.abs(np.arctan2(np.sin(bearing), np.cos(bearing))) * np.minimum(1.0, distance / 0.3)
         tight = np.maximum(0.0, COMFORT - room.min(axis=1)) / COMFORT
         backwards = self._fan[:, 0] < 0.0
-        cost = distance + 0.25 * off + 0.15 * tight + 0.2 * backwards
+        standing = (self._fan == 0.0).all(axis=1)
+        cost = distance + 0.25 * off + 0.15 * tight + 0.2 * backwards + 0.3 * standing
         return _command(self._fan[int(np.argmin(np.where(safe, cost, math.inf)))])
+
+    def aim(self, path: NDArray[np.float64], seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The last point of a path, (M, 2), that the robot could reach straight past seen points, all in base [m].
+
+        Where it could reach none, the path's first point.
+        """
+        near = seen[(seen**2).sum(axis=1) < self._reach**2]
+        if len(near) == 0:
+            return path[-1]
+        length = np.maximum(np.hypot(path[:, 0], path[:, 1]), 1e-9)
+        direction = path / length[:, None]
+        along = np.clip(direction @ near.T, 0.0, length[:, None])
+        gap = np.hypot(*(near - along[..., None] * direction[:, None]).transpose(2, 0, 1)).min(axis=1)
+        straight = np.flatnonzero(gap >= min(self._radius + MARGIN, gap[0]))
+        return path[straight[-1]]
 
     def _room(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
         """From the hull to the nearest seen point [m] at each sample of each motion, (motions, samples)."""

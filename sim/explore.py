@@ -22,13 +22,13 @@ CELL = 0.1
 """Resolution of the map that a robot plans on [m]."""
 REPLAN = 2.5
 """Longest time that a plan is kept [s]."""
-LOOKAHEAD = 0.7
-"""How far along its path a robot steers [m]."""
+LOOKAHEAD = (0.2, 0.9)
+"""How near and how far ahead on its path a robot aims [m]."""
 ARRIVED = 0.3
 """Distance at which a viewpoint counts as reached [m]."""
 MIN_GAIN = 0.4
 """Unknown floor [m^2] that is worth no trip."""
-STUCK_TIME, STUCK_DISTANCE = 4.0, 0.15
+STUCK_TIME, STUCK_DISTANCE = 3.0, 0.15
 """A robot that got no farther than this [m] in this time [s] on its way is stuck."""
 BAN_TIME, BAN_RADIUS = 15.0, 0.7
 """For this time [s], a viewpoint this near [m] to one that could not be reached is not tried again."""
@@ -72,8 +72,9 @@ class Explorer:
             self._plan(scan.stamp, here)
         if len(self._path) == 0:
             return 0.0, 0.0
-        target = world_from_base.inverse().apply(_ahead(self._path, here))
-        return self._avoidance.steer(target, self._lidar.base_from_lidar.apply(scan.points()))
+        seen = self._lidar.base_from_lidar.apply(scan.points())
+        ahead = world_from_base.inverse().apply(_ahead(self._path, here))
+        return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen)
 
     def _plan(self, now: float, here: NDArray[np.float64]) -> None:
         """Take the path to the viewpoint of greatest gain over way; without any, the robot waits or has finished."""
@@ -109,9 +110,8 @@ class Explorer:
 
 
 def _ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The point of the path a lookahead past the one nearest to the robot, (2,)."""
-    distance = np.hypot(*(path - here).T)
-    nearest = int(np.argmin(distance))
-    beyond = np.flatnonzero(distance[nearest:] > LOOKAHEAD)
-    place: NDArray[np.float64] = path[nearest + int(beyond[0])] if beyond.size else path[-1]
-    return place
+    """The stretch of the path between two distances past the point nearest to the robot, (N, 2)."""
+    rest = path[int(np.argmin(np.hypot(*(path - here).T))) :]
+    distance = np.hypot(*(rest - here).T)
+    near, far = (int(np.argmax(distance > reach)) or len(rest) - 1 for reach in LOOKAHEAD)
+    return rest[near : max(near, far) + 1]

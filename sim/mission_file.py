@@ -1,0 +1,103 @@
+"""A mission on disk."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from mapping.robot_log import RobotTruth
+from mapping.scan import LidarScan
+from mapping.se2 import SE2
+from mapping.trajectory import Trajectory
+from sim.drive import DriveLimits
+from sim.lidar import Lidar
+from sim.mission import Mission, MissionSettings
+from worlds.world_file import world_from_json, world_to_json
+
+SCHEMA_VERSION = 1
+
+
+def save_mission(mission: Mission, folder: Path) -> None:
+    """Write ``world.json``, ``mission.json`` and one ``robot_<i>.npz`` a robot into the folder, made where missing.
+
+    Equal missions give equal bytes. Raises ``OSError`` where the folder cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    record = {
+        "schema": "mapquilt/mission",
+        "version": SCHEMA_VERSION,
+        "seed": mission.seed,
+        "touches": list(mission.touches),
+        "settings": asdict(mission.settings),
+    }
+    _write_json(folder / "world.json", world_to_json(mission.world))
+    _write_json(folder / "mission.json", record)
+    for index, truth in enumerate(mission.robots):
+        np.savez_compressed(
+            folder / f"robot_{index}.npz",
+            stamps=truth.trajectory.stamps,
+            world_from_base=truth.trajectory.poses,
+            ranges=np.array([scan.ranges for scan in truth.scans]),
+            hits_robot=truth.hits_robot,
+        )
+
+
+def load_mission(folder: Path) -> Mission:
+    """The mission of :func:`save_mission`, bit for bit.
+
+    Raises ``OSError`` where a file is missing, ``ValueError`` naming the file where one cannot be understood.
+    """
+    world_path, path = folder / "world.json", folder / "mission.json"
+    try:
+        world = world_from_json(_read_json(world_path))
+    except ValueError as error:
+        raise ValueError(f"{world_path}: {error}") from error
+    record = _read_json(path)
+    if record.get("schema") != "mapquilt/mission" or record.get("version") != SCHEMA_VERSION:
+        raise ValueError(f"{path}: is no mapquilt/mission of version {SCHEMA_VERSION}")
+    try:
+        settings = _settings(record["settings"])
+        seed, touches = int(record["seed"]), tuple(int(each) for each in record["touches"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error!r} is missing or malformed") from error
+    robots = tuple(_load_robot(folder / f"robot_{k}.npz", settings.lidar) for k in range(settings.robots))
+    return Mission(world, robots, settings.radius, seed, settings, touches)
+
+
+def _settings(record: dict[str, Any]) -> MissionSettings:
+    lidar = dict(record["lidar"])
+    lidar["base_from_lidar"] = SE2(**lidar["base_from_lidar"])
+    return MissionSettings(**{**record, "lidar": Lidar(**lidar), "limits": DriveLimits(**record["limits"])})
+
+
+def _load_robot(path: Path, lidar: Lidar) -> RobotTruth:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            trajectory = Trajectory(arrays["stamps"], arrays["world_from_base"])
+            ranges, hits_robot = arrays["ranges"], arrays["hits_robot"]
+        scans = tuple(
+            LidarScan(float(stamp), lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, sweep)
+            for stamp, sweep in zip(trajectory.stamps, ranges, strict=True)
+        )
+        return RobotTruth(scans, trajectory, hits_robot, lidar.base_from_lidar)
+    except (KeyError, ValueError, EOFError, BadZipFile) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _write_json(path: Path, record: dict[str, Any]) -> None:
+    path.write_text(json.dumps(record, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: is no JSON: {error}") from error
+    if not isinstance(record, dict):
+        raise ValueError(f"{path}: holds no JSON object")
+    return record
