@@ -21,7 +21,7 @@ from mapping.picture import Picture, picture_bytes, read_picture
 @dataclass(frozen=True, eq=False)
 class LoadedMap:
     """A map as it was on disk: its ``grid``, the ``unit`` of its coordinates, the ``path`` it was loaded from, and
-    what was odd about it, one line each."""
+    what was odd about it, one line each, without the file's name."""
 
     grid: OccupancyGrid
     unit: Unit
@@ -91,7 +91,7 @@ def _loaded(
     if unknown_grey is not None:
         cells[unknown_grey] = UNKNOWN
     if cells[UNKNOWN_GREY] == FREE and (picture.grey == UNKNOWN_GREY).any():
-        warnings = (*warnings, _free_205_warning(path, meta))
+        warnings = (*warnings, _free_205_warning(meta))
     return LoadedMap(_grid(picture, meta, cells), unit, path, warnings)
 
 
@@ -104,8 +104,8 @@ def _grid(picture: Picture, meta: MapYaml, cells: NDArray[np.int8]) -> Occupancy
     return OccupancyGrid(GridFrame(meta.resolution, meta.origin, (rows, cols)), log_odds)
 
 
-def _free_205_warning(path: Path, meta: MapYaml) -> str:
+def _free_205_warning(meta: MapYaml) -> str:
     return (
-        f"{path}: grey 205, which map savers write for unknown, reads as free with free_thresh {meta.free_thresh}; "
+        f"grey 205, which map savers write for unknown, reads as free with free_thresh {meta.free_thresh}; "
         "with --unknown 205 (unknown_grey=205) it stays unknown"
     )

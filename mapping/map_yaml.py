@@ -57,7 +57,8 @@ class MapYaml:
 
 
 def read_map_yaml(path: Path) -> tuple[MapYaml, tuple[str, ...]]:
-    """Read a map's YAML by the rules of nav2's loader; and what was odd in it, one warning each.
+    """Read a map's YAML by the rules of nav2's loader; and what was odd in it, one warning each (without
+    the file's name).
 
     A yaw of NaN, which some mappers write, is read as 0 with a warning; so are missing thresholds as map_server's
     own. Raises ``ValueError`` naming file, field and value for anything else; ``OSError`` where it cannot be read.
@@ -77,7 +78,7 @@ def read_map_yaml(path: Path) -> tuple[MapYaml, tuple[str, ...]]:
     except ValueError as error:
         text = str(error)
         raise ValueError(text if text.startswith(f"{path}: ") else f"{path}: {text}") from error
-    return meta, tuple(f"{path}: {warning}" for warning in warnings)
+    return meta, tuple(warnings)
 
 
 def image_path(path: Path, meta: MapYaml) -> Path:
