@@ -8,14 +8,12 @@ import traceback
 from pathlib import Path
 from typing import Annotated
 
-import click
 import typer
-from rich.console import Console
 
 from mapquilt import run_folder
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
-from mapquilt.progress import mission_progress, share_progress
+from mapquilt.progress import count_progress, mission_progress
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
 from mapquilt.sample import Poses, SampleSettings, ScaleMode
 from mapquilt.tables import merge_table, print_table, score_table
@@ -31,7 +29,6 @@ app = typer.Typer(
     name="mapquilt",
     help="Simulate teams of robots that map a place, merge their occupancy grids, and score the merge against the "
     "truth.\n\nExit status: 0 all merged, 1 some map was refused, 2 bad input, 70 internal error, 130 interrupted.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -110,22 +107,22 @@ def merge(
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
         loaded = run_folder.load_maps(maps[0])
-        with share_progress("merging") as on_progress:
+        with count_progress("merging pairs") as on_progress:
             result = merge_run(maps[0], settings, seed, on_progress)
     else:
         loaded, warnings = load_map_files(maps)
         for warning in warnings:
-            click.echo(f"mapquilt: warning: {warning}", err=True)
-        with share_progress("merging") as on_progress:
+            typer.echo(f"mapquilt: warning: {warning}", err=True)
+        with count_progress("merging pairs") as on_progress:
             result = merge_maps(loaded, settings, seed, on_progress)
         if out is not None:
             write_merge(out, loaded, settings, seed, result)
     if as_json:
-        click.echo(json.dumps(merge_record(loaded, settings, seed, result), allow_nan=False))
+        typer.echo(json.dumps(merge_record(loaded, settings, seed, result), allow_nan=False))
     else:
         print_table(merge_table(loaded, result))
     for name, reason in result.left_out.items():
-        click.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
+        typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
     return SOME_REFUSED if result.left_out else ALL_MERGED
 
 
@@ -140,7 +137,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import version
 
-        click.echo(f"mapquilt {version('mapquilt')}")
+        typer.echo(f"mapquilt {version('mapquilt')}")
         raise typer.Exit
 
 
@@ -156,20 +153,17 @@ def _root(
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit status. Errors end here, in one line on standard error."""
     try:
-        status = typer.main.get_command(app).main(arguments, prog_name="mapquilt", standalone_mode=False)
-        return int(status or 0)
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message())
-        return BAD_INPUT
-    except click.ClickException as error:
-        return _fail(error.format_message(), BAD_INPUT)
+        status = int(typer.main.get_command(app).main(arguments, prog_name="mapquilt", standalone_mode=False) or 0)
+    except typer.TyperException as error:
+        return _fail(error.format_message() or "no command given; `mapquilt --help` lists them", BAD_INPUT)
     except (ValueError, OSError) as error:
         return _fail(_one_line(error), BAD_INPUT)
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", INTERRUPTED)
     except Exception as error:
         traceback.print_exc()
         return _fail(f"internal error: {type(error).__name__}: {error}", INTERNAL_ERROR)
+    return _fail("interrupted", INTERRUPTED) if status == INTERRUPTED else status
 
 
 def _one_line(error: ValueError | OSError) -> str:
@@ -179,8 +173,7 @@ def _one_line(error: ValueError | OSError) -> str:
 
 
 def _fail(message: str, status: int) -> int:
-    Console(stderr=True).file.flush()
-    click.echo(f"mapquilt: {' '.join(message.split())}", err=True)
+    typer.echo(f"mapquilt: {' '.join(message.split())}", err=True)
     return status
 
 

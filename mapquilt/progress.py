@@ -30,8 +30,8 @@ def mission_progress(duration: float) -> Iterator[Callable[[float], None]]:
 
 
 @contextmanager
-def share_progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A bar of the share done, 0 to 1."""
-    with _bar(what, "{task.percentage:.0f} %") as bar:
+def count_progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar of things done; the block calls the function with how many are done, of how many."""
+    with _bar(what, "{task.completed:.0f}/{task.total:.0f}") as bar:
         task = bar.add_task("", total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -19,7 +19,7 @@ from mapquilt.overview import draw_merge, draw_overview
 from mapquilt.run_score import RunScore, save_score, score_answer
 from mapquilt.sample import Sample, SampleSettings, make_sample
 from mapquilt.truth_file import load_truth, save_truth
-from merge.merger import merge_maps
+from merge.merger import Progress, merge_maps
 from merge.result import MergeResult
 from merge.settings import MergeSettings
 from sim.mission import Mission, MissionSettings, simulate
@@ -29,7 +29,7 @@ from worlds.families import make_world
 RUN_SCHEMA = "mapquilt-run/1"
 MAPS_SCHEMA = "mapquilt-maps/1"
 
-Progress = Callable[[float], None]
+SimulationProgress = Callable[[float], None]
 
 
 def simulate_run(
@@ -38,7 +38,7 @@ def simulate_run(
     mission_settings: MissionSettings,
     sample_settings: SampleSettings,
     seed: int,
-    on_progress: Progress | None = None,
+    on_progress: SimulationProgress | None = None,
 ) -> Mission:
     """Drive the robots, sense, map, disguise, and write the whole run."""
     run_folder.refuse_foreign(out)
@@ -62,7 +62,7 @@ def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: di
     sample = make_sample(mission, settings)
     sampled = time.perf_counter() - start
     with run_folder.new_run(out) as folder:
-        save_mission(folder / run_folder.MISSION_FOLDER, mission)
+        save_mission(mission, folder / run_folder.MISSION_FOLDER)
         write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings))
         _write_maps(folder, sample)
         save_truth(folder / run_folder.TRUTH_FILE, sample.truth)

@@ -108,7 +108,7 @@ def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[
         maps=MapSet(
             names=names,
             grids=tuple(robot.grid for robot in robots),
-            units=("m",) * len(robots),
+            units=tuple("m" for _ in robots),
             resolutions_trusted=settings.scale == "honest",
             provenance={"source": "simulation", "world": mission.world.name},
         ),
