@@ -13,7 +13,7 @@ from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 
-SMALLEST_MISS = np.float32(-1e-3)
+SMALLEST_MISS = np.float32(-1e-6)
 """What a cell keeps whose evidence cancels, so that a cell once seen does not turn unknown."""
 
 ROUNDING_CELLS = 1e-6

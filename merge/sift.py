@@ -28,19 +28,26 @@ class Sift:
     """Chapter 4 of Chen 2021: SIFT (Lowe 2004) on three greys, nearest neighbours by brute force, ratio test, RANSAC.
 
     ``enable_precise_upscale`` is on, since OpenCV's keypoints are off by a quarter of a pixel without it.
+    ``smoothing_cells`` is the standard deviation of a Gaussian that takes the stairs off slanted walls first, which
+    look different in every frame; 0 is the method as published.
     """
 
     ratio: float = 0.75
+    smoothing_cells: float = 1.5
     consensus: ConsensusSettings = field(default_factory=ConsensusSettings)
 
     def __post_init__(self) -> None:
         if not 0.0 < self.ratio <= 1.0:
             raise ValueError(f"Sift: ratio is {self.ratio}, must lie in (0, 1]")
+        if not 0.0 <= self.smoothing_cells < np.inf:
+            raise ValueError(f"Sift: smoothing_cells is {self.smoothing_cells}, must be finite and not negative")
 
     def describe(self, chart: Chart) -> Features:
         """The map's features; none on a blank map."""
-        detector = cv2.SIFT.create(enable_precise_upscale=True)
-        keypoints, descriptors = detector.detectAndCompute(trinary_picture(chart.grid), None)
+        picture = trinary_picture(chart.grid)
+        if self.smoothing_cells > 0.0:
+            picture = cv2.GaussianBlur(picture, (0, 0), self.smoothing_cells).astype(np.uint8)
+        keypoints, descriptors = cv2.SIFT.create(enable_precise_upscale=True).detectAndCompute(picture, None)
         if descriptors is None:
             return Features(np.empty((0, 2)), np.empty((0, 128), dtype=np.float32))
         pixels = np.array([keypoint.pt for keypoint in keypoints], dtype=np.float64)

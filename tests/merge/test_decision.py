@@ -1,0 +1,61 @@
+import dataclasses
+
+import pytest
+
+from merge.decision import decide
+from merge.result import Evidence
+
+GOOD = Evidence(
+    acceptance_index=0.98,
+    walls_on_walls=0.92,
+    walls_in_free=0.03,
+    common_known_cells=20000.0,
+    overlap=0.5,
+    matched_walls_cells=900.0,
+    spread=0.45,
+    agreement=0.65,
+    rival_agreement=0.2,
+    matches=60,
+    inliers=12,
+)
+
+
+def test_good_evidence_is_accepted_without_a_reason():
+    decision = decide(GOOD)
+    assert decision.accepted and decision.reason is None and decision.confidence > 0.9
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"overlap": 0.01}, "too little overlap"),
+        ({"walls_in_free": 0.3}, "walls contradict free space"),
+        ({"walls_on_walls": 0.6}, "walls do not lie on walls"),
+        ({"matched_walls_cells": 20.0}, "too little structure"),
+        ({"spread": 0.01}, "too little structure"),
+        ({"rival_agreement": 0.63}, "two answers equally good"),
+        ({"walls_on_walls": None, "walls_in_free": None}, "walls contradict free space"),
+    ],
+)
+def test_each_fault_alone_refuses_and_is_named(change, reason):
+    decision = decide(dataclasses.replace(GOOD, **change))
+    assert (decision.accepted, decision.reason) == (False, reason)
+    assert decision.confidence < 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "worse_to_better"),
+    [
+        ("walls_on_walls", (0.3, 0.6, 0.8, 0.99)),
+        ("walls_in_free", (0.6, 0.2, 0.1, 0.0)),
+        ("overlap", (0.0, 0.05, 0.2, 0.9)),
+        ("matched_walls_cells", (0.0, 50.0, 100.0, 5000.0)),
+        ("spread", (0.0, 0.05, 0.2, 0.5)),
+        ("rival_agreement", (0.65, 0.6, 0.4, 0.0)),
+    ],
+)
+def test_more_evidence_never_lowers_the_confidence(name, worse_to_better):
+    found = [decide(dataclasses.replace(GOOD, **{name: value})).confidence for value in worse_to_better]
+    assert found == sorted(found)
+    assert found[0] < found[-1]
+    assert all(0.0 <= confidence <= 1.0 for confidence in found)

@@ -1,0 +1,70 @@
+import math
+
+import numpy as np
+import pytest
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from merge.fusion import fuse
+
+FRAME = GridFrame(0.1, SE2(3.0, -2.0, 0.4), (2, 3))
+GRID = OccupancyGrid.from_occupancy(FRAME, [[100, 0, -1], [0, -1, 100]])
+SELF = Similarity2.identity()
+
+
+def test_a_map_with_itself_keeps_shape_and_sign_and_is_surer():
+    fused = fuse(FRAME, [(SELF, GRID), (SELF, GRID)])
+    assert fused.frame == FRAME
+    np.testing.assert_array_equal(fused.log_odds, 2 * GRID.log_odds)
+
+
+def test_one_cell_beside_another_by_hand():
+    one = OccupancyGrid.from_occupancy(GridFrame(0.5, SE2(10.0, 20.0), (1, 1)), [[100]])
+    shifted = Similarity2(-0.5, -1.0)  # one column to the left, two rows down
+    fused = fuse(one.frame, [(SELF, one), (shifted, one)])
+    assert fused.frame.shape == (3, 2)
+    assert fused.frame.origin == SE2(9.5, 19.0)
+    assert fused.occupancy().tolist() == [[100, -1], [-1, -1], [-1, 100]]
+
+
+def test_a_map_to_the_right_and_above_leaves_the_origin():
+    fused = fuse(
+        FRAME, [(SELF, GRID), (Similarity2.from_se2(FRAME.origin @ SE2(0.2, 0.1) @ FRAME.origin.inverse()), GRID)]
+    )
+    assert fused.frame.origin == FRAME.origin
+    assert fused.frame.shape == (3, 5)
+    assert fused.occupancy().tolist() == [[100, 0, -1, -1, -1], [0, -1, 100, 0, -1], [-1, -1, 0, -1, 100]]
+
+
+def test_every_cell_of_the_reference_stays_where_it_was():
+    turned = Similarity2(0.7, -0.9, 1.1, 1.3)
+    fused = fuse(FRAME, [(SELF, GRID), (turned, GRID)])
+    assert fused.frame.origin.yaw == FRAME.origin.yaw
+    centres = FRAME.metres_from_cells(np.indices(FRAME.shape).reshape(2, -1).T)
+    local = fused.frame.origin.inverse().apply(centres) / fused.frame.resolution
+    np.testing.assert_allclose(local % 1.0, 0.5, atol=1e-9)
+    corners = turned.apply(FRAME.metres_from_cells([(-0.5, -0.5), (1.5, -0.5), (-0.5, 2.5), (1.5, 2.5)]))
+    inside = fused.frame.contains(fused.frame.cells_from_metres(corners))
+    assert inside.all()
+
+
+def test_cells_twice_as_large_cover_four():
+    coarse = OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(), (1, 1)), [[100]])
+    reference = OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(), (1, 1)), [[0]])
+    fused = fuse(reference.frame, [(Similarity2(scale=2.0), coarse)])
+    assert fused.occupancy().tolist() == [[100, 100], [100, 100]]
+
+
+def test_evidence_that_cancels_stays_known():
+    opposite = OccupancyGrid(FRAME, -GRID.log_odds)
+    fused = fuse(FRAME, [(SELF, GRID), (SELF, opposite)])
+    np.testing.assert_array_equal(fused.known, GRID.known)
+
+
+def test_log_odds_add_by_value():
+    weak = OccupancyGrid(FRAME, np.full((2, 3), -0.5, dtype=np.float32))
+    fused = fuse(FRAME, [(SELF, GRID), (SELF, weak)])
+    assert fused.log_odds[0, 0] == pytest.approx(math.log(9.0) - 0.5)
+    assert fused.log_odds[0, 2] == pytest.approx(-0.5)
