@@ -156,7 +156,7 @@ def run(arguments: list[str]) -> int:
         status = int(typer.main.get_command(app).main(arguments, prog_name="mapquilt", standalone_mode=False) or 0)
     except typer.TyperException as error:
         return _fail(error.format_message() or "no command given; `mapquilt --help` lists them", BAD_INPUT)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ImportError) as error:
         return _fail(_one_line(error), BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", INTERRUPTED)
@@ -166,7 +166,7 @@ def run(arguments: list[str]) -> int:
     return _fail("interrupted", INTERRUPTED) if status == INTERRUPTED else status
 
 
-def _one_line(error: ValueError | OSError) -> str:
+def _one_line(error: ValueError | OSError | ImportError) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
     return str(error)

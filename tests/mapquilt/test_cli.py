@@ -1,0 +1,277 @@
+"""The command line: one clear line for bad input, exit statuses, JSON, and nothing half-written."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+import mapquilt.cli
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.map_file import load_map, save_map
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from tests.mapquilt.conftest import command, hashes
+
+
+def office_map(seed=0):
+    """A map with much structure: rooms of random sizes with doors and clutter."""
+    rng = np.random.default_rng(seed)
+    log_odds = np.zeros((260, 340), np.float32)
+    log_odds[20:240, 20:320] = -2.0
+    for col in np.cumsum(np.r_[20, rng.integers(40, 70, 5)]):
+        log_odds[20:240, col : col + 3] = 3.0
+        door = rng.integers(40, 200)
+        log_odds[door : door + 20, col : col + 3] = -2.0
+    for row in (20, 90, 150, 237):
+        log_odds[row : row + 3, 20:320] = 3.0
+    for row in (90, 150):
+        for door in rng.integers(30, 290, 3):
+            log_odds[row : row + 3, door : door + 20] = -2.0
+    for _ in range(40):
+        row, col = rng.integers(30, 220), rng.integers(30, 300)
+        log_odds[row : row + rng.integers(3, 12), col : col + rng.integers(3, 12)] = 3.0
+    return OccupancyGrid(GridFrame(0.05, SE2(-1.0, 2.0), log_odds.shape), log_odds)
+
+
+@pytest.fixture
+def two_maps(tmp_path):
+    grid = office_map()
+    save_map(grid, tmp_path / "a")
+    save_map(grid, tmp_path / "b")
+    return tmp_path / "a.yaml", tmp_path / "b.yaml"
+
+
+def refused(capsys, *arguments):
+    """The one line with which a call is refused."""
+    status = command(*arguments)
+    captured = capsys.readouterr()
+    assert status == 2
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("mapquilt: ")
+    assert "Traceback" not in captured.err
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("simulate", "moon"), ("moon", "office")),
+        (("simulate", "office", "--robots", "0"), ("robots", "0")),
+        (("simulate", "office", "--robots", "two"), ("robots", "integer")),
+        (("simulate", "office", "--duration", "-5"), ("duration", "-5")),
+        (("simulate", "office", "--duration", "nan"), ("duration", "nan")),
+        (("simulate", "office", "--noise", "-1"), ("noise", "-1")),
+        (("simulate", "office", "--seed", "-1"), ("seed", "-1")),
+        (("simulate", "office", "--resolution", "0"), ("resolution", "0")),
+        (("simulate", "office", "--poses", "guess"), ("poses", "guess")),
+        (("simulate", "office", "--model", "magic"), ("magic", "octomap")),
+        (("simulate", "office", "--robots", "500"), ("500",)),
+        (("sense", "no-such-run"), ("no-such-run",)),
+    ],
+)
+def test_bad_settings_end_in_one_line_and_leave_nothing(capsys, tmp_path, monkeypatch, arguments, expected):
+    monkeypatch.chdir(tmp_path)
+    line = refused(capsys, *arguments, "--out", "run")
+    assert all(text in line for text in expected)
+    assert list(tmp_path.iterdir()) == []
+
+
+def truncated_pgm(folder):
+    (folder / "bad.pgm").write_bytes(b"P5\n40 30\n255\n" + bytes(100))
+    return "bad.pgm"
+
+
+def empty_file(folder):
+    (folder / "bad.png").touch()
+    return "bad.png"
+
+
+def yaml_with(text):
+    def write(folder):
+        (folder / "bad.yaml").write_text(text)
+        return "bad.yaml"
+
+    return write
+
+
+GOOD = "image: a.pgm\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+
+
+@pytest.mark.parametrize(
+    ("write", "expected"),
+    [
+        (lambda folder: "missing.yaml", ("missing.yaml",)),
+        (truncated_pgm, ("bad.pgm",)),
+        (empty_file, ("bad.png",)),
+        (yaml_with(GOOD), ("bad.yaml", "resolution")),
+        (yaml_with(GOOD + "resolution: 0\n"), ("bad.yaml", "resolution", "0")),
+        (yaml_with(GOOD + "resolution: .nan\n"), ("bad.yaml", "resolution", "nan")),
+        (yaml_with(GOOD.replace("a.pgm", "../a.pgm") + "resolution: 0.05\n"), ("bad.yaml", "../a.pgm")),
+        (yaml_with(GOOD.replace("a.pgm", "gone.pgm") + "resolution: 0.05\n"), ("gone.pgm",)),
+        (yaml_with("- 1\n"), ("bad.yaml",)),
+        (lambda folder: folder.name, ("folder",)),
+    ],
+)
+def test_bad_maps_end_in_one_line(capsys, two_maps, tmp_path, monkeypatch, write, expected):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    bad = write(tmp_path) if write.__name__ != "<lambda>" else write(tmp_path / "folder")
+    line = refused(capsys, "merge", "a.yaml", bad, "--out", "merged")
+    assert all(text in line for text in expected), line
+    assert not (tmp_path / "merged").exists()
+
+
+def test_a_picture_that_is_all_unknown_is_bad_input(capsys, two_maps, tmp_path):
+    cv2.imwrite(str(tmp_path / "grey.png"), np.full((50, 50), 205, np.uint8))
+    line = refused(capsys, "merge", two_maps[0], tmp_path / "grey.png")
+    assert "grey.png" in line
+    assert "unknown" in line
+
+
+@pytest.mark.parametrize("scale", ["2:0.5", "0:1", "nan:1", "wide", "1"])
+def test_bad_scale_names_the_value(capsys, two_maps, scale):
+    assert scale in refused(capsys, "merge", *two_maps, "--scale", scale)
+
+
+def test_unknown_method_lists_the_known_ones(capsys, two_maps):
+    line = refused(capsys, "merge", *two_maps, "--method", "magic")
+    assert "magic" in line
+    assert "sift" in line
+
+
+def test_one_map_alone_is_bad_input(capsys, two_maps):
+    assert "one map alone" in refused(capsys, "merge", two_maps[0])
+
+
+def test_a_folder_that_is_no_run_is_named(capsys, tmp_path):
+    for verb in ("merge", "score"):
+        assert str(tmp_path) in refused(capsys, verb, tmp_path)
+
+
+def test_a_foreign_folder_is_never_replaced(capsys, tmp_path):
+    (tmp_path / "thesis.tex").write_text("years of work")
+    assert str(tmp_path) in refused(capsys, "simulate", "office", "--duration", 2, "--out", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_run_is_replaced_whole(fresh_run):
+    (fresh_run / "note.txt").touch()
+    assert command("sense", fresh_run, "--noise", 2, "--out", fresh_run) == 0
+    assert not (fresh_run / "note.txt").exists()
+    assert not (fresh_run / "merge.json").exists()
+    assert [path for path in fresh_run.parent.iterdir() if path != fresh_run] == []
+
+
+def test_two_copies_of_one_map_merge(capsys, two_maps, tmp_path):
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
+    assert set(hashes(tmp_path / "merged")) == {"merge.json", "merge.png", "merged.pgm", "merged.yaml"}
+    assert "accepted" in capsys.readouterr().out
+
+
+def test_json_is_all_that_is_printed_and_is_the_record_on_disk(capsys, two_maps, tmp_path):
+    assert command("merge", *two_maps, "--json", "--out", tmp_path / "merged") == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / "merged/merge.json").read_text())
+    assert printed["scale"] == "known"
+    (pair,) = printed["pairs"]
+    assert (pair["target"], pair["source"], pair["unit"]) == ("a", "b", "m")
+    answer = pair["target_from_source"]
+    assert (answer["x"], answer["y"], answer["yaw"]) == pytest.approx((0, 0, 0), abs=0.01)
+
+
+def test_shifting_an_origin_moves_the_metric_answer_alone(capsys, two_maps, tmp_path):
+    assert command("merge", *two_maps, "--json") == 0
+    before = json.loads(capsys.readouterr().out)["pairs"][0]
+    moved = office_map()
+    frame = GridFrame(0.05, SE2(7.0, -4.0), moved.frame.shape)
+    save_map(OccupancyGrid(frame, moved.log_odds), tmp_path / "b")
+    assert command("merge", *two_maps, "--json") == 0
+    after = json.loads(capsys.readouterr().out)["pairs"][0]
+    assert np.allclose(after["target_from_source_pixels"], before["target_from_source_pixels"], atol=1e-9)
+    expected = Similarity2(**before["target_from_source"]) @ Similarity2(-8.0, 6.0)
+    answer = after["target_from_source"]
+    assert (answer["x"], answer["y"], answer["yaw"]) == pytest.approx((expected.x, expected.y, expected.yaw), abs=1e-6)
+
+
+def test_bare_pictures_merge_in_cells_with_the_scale_free(capsys, two_maps, tmp_path):
+    picture = cv2.imread(str(tmp_path / "a.pgm"), cv2.IMREAD_GRAYSCALE)
+    larger = cv2.resize(picture, None, fx=1.5, fy=1.5, interpolation=cv2.INTER_NEAREST)
+    turned = cv2.rotate(larger, cv2.ROTATE_90_CLOCKWISE)
+    cv2.imwrite(str(tmp_path / "turned.png"), turned)
+    cv2.imwrite(str(tmp_path / "plain.png"), picture)
+    assert command("merge", tmp_path / "plain.png", tmp_path / "turned.png", "--json") == 0
+    record = json.loads(capsys.readouterr().out)
+    (pair,) = record["pairs"]
+    assert record["scale"] == "0.5:2"
+    assert pair["unit"] == "cell"
+    # Turned clockwise to make the source, so counter-clockwise to go back; 1.5 times larger, so 1/1.5 to go back.
+    assert pair["target_from_source"]["yaw"] == pytest.approx(np.pi / 2, abs=0.01)
+    assert pair["target_from_source"]["scale"] == pytest.approx(1 / 1.5, rel=0.01)
+    width = turned.shape[1]
+    corner = np.array(pair["target_from_source_pixels"]) @ (width - 1, 0, 1)
+    assert corner == pytest.approx([0, 0], abs=1.5)
+
+
+def test_maps_of_two_places_are_refused_with_a_reason(capsys, tmp_path):
+    for name, seed in (("a", 1), ("b", 2)):
+        save_map(office_map(seed), tmp_path / name)
+    assert command("merge", tmp_path / "a.yaml", tmp_path / "b.yaml", "--scale", "free") == 1
+    captured = capsys.readouterr()
+    assert "refused" in captured.out
+    assert "was not merged" in captured.err
+
+
+def test_the_merged_map_lies_in_the_reference_frame(two_maps, tmp_path):
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
+    merged, a = load_map(tmp_path / "merged/merged.yaml").grid, load_map(two_maps[0]).grid
+    walls = a.frame.metres_from_cells(np.argwhere(a.occupied))
+    cells = merged.frame.cells_from_metres(walls)
+    inside = merged.frame.contains(cells)
+    assert inside.mean() > 0.999
+    assert merged.occupied[cells[inside, 0], cells[inside, 1]].mean() > 0.95
+
+
+def test_an_internal_error_is_status_70_and_says_so(capsys, monkeypatch, merged_run):
+    def broken(run):
+        raise RuntimeError("the moon is made of cheese")
+
+    monkeypatch.setattr(mapquilt.cli, "score_run", broken)
+    assert command("score", merged_run) == 70
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        "mapquilt: internal error: RuntimeError: the moon is made of cheese"
+    )
+
+
+@pytest.mark.parametrize(("sign", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, sign, status):
+    before = hashes(fresh_run)
+    arguments = ["simulate", "office", "--robots", "2", "--duration", "600", "--seed", "9", "--out", str(fresh_run)]
+    process = subprocess.Popen([sys.executable, "-m", "mapquilt", *arguments], stderr=subprocess.PIPE)
+    time.sleep(4.0)
+    process.send_signal(sign)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert b"Traceback" not in errors
+    assert hashes(fresh_run) == before
+    assert command("sense", fresh_run, "--out", fresh_run) == 0
+
+
+def test_version_and_help(capsys):
+    assert command("--version") == 0
+    assert command("--help") == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("mapquilt 0.")
+    for verb in ("simulate", "sense", "merge", "score"):
+        assert verb in printed
+
+
+def test_no_command_is_bad_input(capsys):
+    assert "command" in refused(capsys)

@@ -1,0 +1,93 @@
+"""The score: the truth scores zero, its inverse does not, and errors worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from mapquilt.score import RIGHT, THESIS, known_diagonal, transform_error
+
+
+def full_grid(rows=40, cols=60, resolution=0.05, origin=(0.0, 0.0)):
+    frame = GridFrame(resolution, SE2(*origin), (rows, cols))
+    return OccupancyGrid(frame, np.full((rows, cols), -1.0, np.float32))
+
+
+TRUTHS = [
+    Similarity2(0.4, -0.3, 0.8, 1.0),
+    Similarity2(1.5, 0.2, -0.2, 0.7),
+    Similarity2(2.0, 1.9, math.pi - 0.2, 1.4),
+]
+
+
+@pytest.mark.parametrize("truth", TRUTHS)
+def test_the_truth_scores_zero_and_its_inverse_does_not(truth):
+    target, source = full_grid(), full_grid(30, 50)
+    exact = transform_error(target, source, truth, truth)
+    assert (exact.rotation_deg, exact.scale_percent, exact.displacement_m) == (0.0, 0.0, 0.0)
+    assert RIGHT.holds(exact)
+    backwards = transform_error(target, source, truth, truth.inverse())
+    assert backwards.displacement_m > 0.3
+    assert not RIGHT.holds(backwards)
+    assert not THESIS.holds(backwards)
+
+
+def test_a_shift_by_hand_in_all_three_units():
+    target, source = full_grid(), full_grid()
+    error = transform_error(target, source, Similarity2(), Similarity2(0.03, 0.04), target_scale=2.0)
+    assert error.displacement_m == pytest.approx(0.10)
+    assert error.displacement_cells == pytest.approx(1.0)
+    assert error.displacement_of_diagonal == pytest.approx(0.05 / (0.05 * math.hypot(40, 60)))
+
+
+def test_half_the_scale_is_fifty_percent_not_a_hundred():
+    error = transform_error(full_grid(), full_grid(), Similarity2(scale=2.0), Similarity2(scale=1.0))
+    assert error.scale_percent == pytest.approx(50.0)
+
+
+def test_rotation_error_goes_the_short_way_round():
+    error = transform_error(full_grid(), full_grid(), Similarity2(yaw=math.pi - 0.01), Similarity2(yaw=-math.pi + 0.01))
+    assert error.rotation_deg == pytest.approx(math.degrees(0.02))
+
+
+def test_displacement_is_that_of_common_cells_not_of_origins():
+    """A turn about the centre of the common cells moves the origin of a far map by metres, its cells by little."""
+    source = full_grid(10, 10, 0.05, origin=(100.0, 100.0))
+    target = full_grid(10, 10, 0.05, origin=(100.0, 100.0))
+    centre = Similarity2(100.25, 100.25)
+    turned = centre @ Similarity2(yaw=0.02) @ centre.inverse()
+    assert math.hypot(turned.x, turned.y) > 2.0
+    assert transform_error(target, source, Similarity2(), turned).displacement_m < 0.005
+
+
+def test_maps_without_a_common_cell_have_no_displacement_and_nothing_is_right():
+    error = transform_error(full_grid(), full_grid(), Similarity2(50.0, 0.0), Similarity2(50.0, 0.0))
+    assert error.displacement_m is None
+    assert not RIGHT.holds(error)
+
+
+@given(st.floats(-50, 50), st.floats(-50, 50))
+def test_moving_the_target_frame_does_not_move_the_score(x, y):
+    truth, answer = Similarity2(), Similarity2(0.02, -0.01, 0.01, 1.01)
+    plain = transform_error(full_grid(), full_grid(), truth, answer)
+    moved, shift = full_grid(origin=(x, y)), Similarity2(x, y)
+    again = transform_error(moved, full_grid(), shift @ truth, shift @ answer)
+    assert again.displacement_m == pytest.approx(plain.displacement_m, rel=0.02)
+    assert again.rotation_deg == pytest.approx(plain.rotation_deg)
+
+
+def test_criteria_are_those_of_the_design():
+    assert (RIGHT.rotation_deg, RIGHT.scale_percent, RIGHT.displacement_of_diagonal) == (2.0, 3.0, 0.015)
+    assert (THESIS.rotation_deg, THESIS.scale_percent, THESIS.displacement_cells) == (5.0, 5.0, 10.0)
+
+
+def test_known_diagonal_is_that_of_the_known_box():
+    log_odds = np.zeros((50, 50), np.float32)
+    log_odds[10:13, 20:24] = -1.0
+    assert known_diagonal(OccupancyGrid(GridFrame(0.1, SE2(), (50, 50)), log_odds)) == pytest.approx(0.5)
