@@ -97,7 +97,7 @@ def _step(
     on_target = np.concatenate((there.below, back.above))
     normals = np.concatenate((there.normals, turned(back.normals, answer.yaw)))
     weights = np.concatenate((there.weights * answer.scale, back.weights))
-    if len(weights) < 4:
+    if np.count_nonzero(weights) < 4:
         return None
     return _solve(answer, on_target, on_source, normals, weights, scale)
 
@@ -113,11 +113,11 @@ class _Pairs:
 def _pairs(below: Chart, above: Chart, below_from_above: Similarity2, gate: float, most_points: int) -> _Pairs:
     kept, weight = thinned(len(above.points), most_points)
     index, distance = below.nearest_to(below_from_above.apply(above.points[kept]))
-    cosine = facing(turned(above.normals[kept], below_from_above.yaw), below.normals[index]) if len(index) else distance
-    paired = (distance < gate) & (cosine > 0.0)
-    index, distance, cosine = index[paired], distance[paired], cosine[paired]
+    paired = distance < gate
+    index, distance, kept = index[paired], distance[paired], kept[paired]
+    cosine = np.maximum(0.0, facing(turned(above.normals[kept], below_from_above.yaw), below.normals[index]))
     weights = weight * (1.0 - (distance / gate) ** 2) ** 2 * cosine
-    return _Pairs(below.points[index], above.points[kept][paired], below.normals[index], weights)
+    return _Pairs(below.points[index], above.points[kept], below.normals[index], weights)
 
 
 def _solve(

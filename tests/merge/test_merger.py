@@ -1,0 +1,224 @@
+import dataclasses
+import json
+import math
+import os
+
+import numpy as np
+import pytest
+
+from mapping.frame import GridFrame, pixel_matrix
+from mapping.grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from merge import MergeSettings, ScaleRange, merge_maps
+from tests.merge.rooms import CELL, observed, random_similarity, rooms, viewpoints
+
+WIDTH, HEIGHT = 16.0, 11.0
+PARTS = [((0.3, 0.3), (11.0, 10.7)), ((4.5, 0.3), (15.7, 10.7)), ((2.0, 0.3), (14.0, 10.7))]
+
+
+def team(seed, number=2, scale=(1.0, 1.0), honest=True):
+    """Maps of one world, and the true map_from_world of each; stated cells are honest or all of one size."""
+    rng = np.random.default_rng(seed)
+    world = rooms(rng, WIDTH, HEIGHT)
+    frames = [random_similarity(rng, scale if k else (1.0, 1.0)) for k in range(number)]
+    grids = []
+    for frame, part in zip(frames, PARTS[:number], strict=True):
+        points = viewpoints(world, rng, *part, number=25)
+        grids.append(observed(world, points, frame, rng, CELL if honest else CELL * frame.scale, noise=0.01))
+    return map_set(grids, honest and scale == (1.0, 1.0)), frames
+
+
+def map_set(grids, trusted=True, unit="m"):
+    return MapSet(tuple("abcdefg"[: len(grids)]), tuple(grids), (unit,) * len(grids), trusted)
+
+
+def off_cells(found, truth, source):
+    """Mean displacement of the source's walls, in cells of the source."""
+    points = source.frame.metres_from_cells(np.argwhere(source.occupied))
+    apart = np.hypot(*(found.apply(points) - truth.apply(points)).T).mean()
+    return apart / (truth.scale * source.frame.resolution)
+
+
+@pytest.fixture(scope="module")
+def known():
+    maps, frames = team(3)
+    return maps, frames, merge_maps(maps)
+
+
+def test_copies_at_known_places_are_found_within_half_a_cell():
+    errors = []
+    for seed, scale, honest in [
+        (0, (1, 1), True),
+        (1, (0.5, 2.0), True),
+        (4, (0.5, 2.0), False),
+        (5, (0.5, 2.0), True),
+    ]:
+        maps, frames = team(seed, 2, scale, honest)
+        pair = merge_maps(maps).pairs[0]
+        assert pair.accepted, (seed, pair.reason)
+        errors.append(off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]))
+    assert np.median(errors) < 0.5
+    assert max(errors) < 1.0
+
+
+def test_a_map_and_its_own_copy_turned_scaled_and_shifted():
+    maps, _ = team(3)
+    grid = maps.grids[0]
+    copy_from_grid = Similarity2(7.0, -3.0, 1.2, 1.5)
+    corners = copy_from_grid.apply(
+        grid.frame.metres_from_cells(
+            [(-0.5, -0.5), (-0.5, grid.frame.shape[1]), (grid.frame.shape[0], -0.5), grid.frame.shape]
+        )
+    )
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    shape = tuple(int(n) for n in np.ceil((high - low) / CELL)[::-1])
+    frame = GridFrame(CELL, SE2(*low), shape)
+    cells = np.indices(shape).reshape(2, -1).T
+    looked_up = grid.frame.cells_from_metres(copy_from_grid.inverse().apply(frame.metres_from_cells(cells)))
+    inside = grid.frame.contains(looked_up)
+    values = np.zeros(len(cells), dtype=np.float32)
+    values[inside] = grid.log_odds[tuple(looked_up[inside].T)]
+    copy = OccupancyGrid(frame, values.reshape(shape))
+    pair = merge_maps(map_set((copy, grid), trusted=False)).pairs[0]
+    assert pair.accepted
+    assert off_cells(pair.target_from_source, copy_from_grid, grid) < 0.5
+    assert pair.target_from_source.scale == pytest.approx(1.5, rel=2e-3)
+
+
+def test_the_pixels_are_the_metric_answer_seen_in_the_images(known):
+    maps, _, result = known
+    pair = result.pairs[0]
+    expected = pixel_matrix(maps.grids[0].frame, pair.target_from_source, maps.grids[1].frame)
+    np.testing.assert_allclose(pair.target_from_source_pixels, expected, atol=1e-6)
+    angle = math.atan2(pair.target_from_source_pixels[1, 0], pair.target_from_source_pixels[0, 0])
+    assert angle == pytest.approx(-pair.target_from_source.yaw)
+
+
+def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(known):
+    maps, _, result = known
+    frame = dataclasses.replace(maps.grids[1].frame, resolution=CELL / 2)
+    halved = map_set((maps.grids[0], OccupancyGrid(frame, maps.grids[1].log_odds)), trusted=False)
+    pair = merge_maps(halved, MergeSettings(scale=ScaleRange(2.0, 2.0))).pairs[0]
+    before = result.pairs[0]
+    assert pair.accepted
+    assert pair.target_from_source.scale == pytest.approx(2.0)
+    np.testing.assert_allclose(pair.target_from_source_pixels, before.target_from_source_pixels, atol=1e-6)
+
+
+def test_shifting_an_origin_leaves_the_pixels_and_moves_the_metric_answer_by_as_much(known):
+    maps, _, result = known
+    moves = (SE2(100.0, -40.0, 0.7), SE2(-7.0, 3.0, -2.0))
+    grids = [
+        OccupancyGrid(dataclasses.replace(grid.frame, origin=move @ grid.frame.origin), grid.log_odds)
+        for grid, move in zip(maps.grids, moves, strict=True)
+    ]
+    pair, before = merge_maps(map_set(grids)).pairs[0], result.pairs[0]
+    np.testing.assert_array_equal(pair.target_from_source_pixels, before.target_from_source_pixels)
+    target_move, source_move = (Similarity2.from_se2(move) for move in moves)
+    expected = target_move @ before.target_from_source @ source_move.inverse()
+    np.testing.assert_allclose(pair.target_from_source.matrix(), expected.matrix(), atol=1e-9)
+
+
+def test_swapping_the_maps_gives_the_inverse_and_the_same_evidence(known):
+    maps, _, result = known
+    there, back = result.pairs[0], merge_maps(map_set(maps.grids[::-1])).pairs[0]
+    np.testing.assert_allclose(back.target_from_source.matrix(), there.target_from_source.inverse().matrix(), atol=1e-9)
+    assert dataclasses.asdict(back.evidence) == pytest.approx(dataclasses.asdict(there.evidence))
+    assert back.confidence == there.confidence
+
+
+def test_three_maps_in_one_frame_agree_with_the_truth():
+    maps, frames = team(8, 3)
+    ticks = []
+    result = merge_maps(maps, on_progress=lambda done, total: ticks.append((done, total)))
+    assert ticks == [(1, 3), (2, 3), (3, 3)]
+    assert [(pair.target, pair.source) for pair in result.pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
+    assert set(result.reference_from_map) == {"a", "b", "c"}
+    reference = frames["abc".index(result.reference)]
+    for name, frame, grid in zip("abc", frames, maps.grids, strict=True):
+        assert off_cells(result.reference_from_map[name], reference @ frame.inverse(), grid) < 1.0
+    assert result.merged.known.sum() > 1.1 * max(grid.known.sum() for grid in maps.grids)
+
+
+def test_the_same_seed_gives_the_same_numbers_to_the_last_bit(known):
+    maps, _, result = known
+    again = merge_maps(maps)
+    assert again.pairs[0].target_from_source == result.pairs[0].target_from_source
+    assert again.pairs[0].evidence == result.pairs[0].evidence
+    assert again.merged.log_odds.tobytes() == result.merged.log_odds.tobytes()
+
+
+def test_evidence_is_plain_numbers(known):
+    record = dataclasses.asdict(known[2].pairs[0].evidence)
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+
+
+def test_nothing_on_disk_is_asked(known, monkeypatch):
+    maps, _, result = known
+
+    def refuse(*arguments, **options):
+        raise AssertionError(f"the merger opened {arguments}")
+
+    monkeypatch.setattr("builtins.open", refuse)
+    monkeypatch.setattr(os, "open", refuse)
+    assert merge_maps(maps).pairs[0].target_from_source == result.pairs[0].target_from_source
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_maps_of_two_places_are_refused_with_a_reason(seed):
+    first, second = team(100 + seed)[0].grids[0], team(200 + seed)[0].grids[1]
+    result = merge_maps(map_set((first, second), trusted=False))
+    pair = result.pairs[0]
+    assert not pair.accepted and pair.reason and pair.confidence < 0.5
+    assert len(result.left_out) == 1
+    assert (pair.target_from_source is None) == (pair.evidence is None)
+    np.testing.assert_array_equal(
+        result.merged.log_odds, first.log_odds if result.reference == "a" else second.log_odds
+    )
+
+
+def bare(values):
+    values = np.asarray(values)
+    return OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values)
+
+
+def wall():
+    values = np.zeros((60, 200), dtype=int)
+    values[:3] = 100
+    return values
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        wall(),
+        np.full((50, 50), -1),
+        np.zeros((50, 50)),
+        np.full((50, 50), 100),
+        [[0]],
+        [[100]],
+        [[100, 0, -1], [0, 0, 0]],
+    ],
+    ids=["one wall", "unknown", "free", "occupied", "free cell", "occupied cell", "two by three"],
+)
+def test_a_map_with_too_little_in_it_is_refused_whatever_it_meets(values, known):
+    for other in (bare(values), known[0].grids[0]):
+        for grids in ((bare(values), other), (other, bare(values))):
+            pair = merge_maps(map_set(grids, unit="cell")).pairs[0]
+            assert not pair.accepted
+            assert pair.reason in ("too little structure", "nothing was proposed", "walls contradict free space")
+
+
+def test_noise_is_refused():
+    rng = np.random.default_rng(0)
+    grids = [bare(rng.choice([100, 0, -1], (120, 160))) for _ in range(2)]
+    assert not merge_maps(map_set(grids, unit="cell")).pairs[0].accepted
+
+
+def test_one_map_alone_is_its_own_merge(known):
+    grid = known[0].grids[0]
+    result = merge_maps(map_set((grid,)))
+    assert (result.pairs, result.reference) == ((), "a")
+    np.testing.assert_array_equal(result.merged.log_odds, grid.log_odds)
