@@ -16,7 +16,10 @@ MARGIN = 0.06
 COMFORT = 0.2
 """Distance of the hull to anything seen [m] below which a motion is thought worse."""
 
-_SAMPLES = 6
+MAX_SEEN = 120
+"""More seen points near the robot than this tell nothing new."""
+
+_SAMPLES = 5
 
 
 class Avoidance:
@@ -30,7 +33,7 @@ class Avoidance:
     def __init__(self, limits: DriveLimits, radius: float) -> None:
         self._radius = radius
         speeds = limits.speed * np.array((-0.25, 0.0, 0.3, 0.65, 1.0))
-        turns = limits.turn_rate * np.linspace(-1.0, 1.0, 13)
+        turns = limits.turn_rate * np.linspace(-1.0, 1.0, 11)
         self._fan = np.stack(np.meshgrid(speeds, turns, indexing="ij"), axis=-1).reshape(-1, 2)
         times = HORIZON * np.arange(1, _SAMPLES + 1) / _SAMPLES
         self._ways, self._headings = _rollouts(self._fan, times)
@@ -60,34 +63,42 @@ class Avoidance:
 
         Where it could reach none, the path's first point.
         """
-        near = seen[(seen**2).sum(axis=1) < self._reach**2]
+        near = self._near(seen)
         if len(near) == 0:
-            return path[-1]
+            return _point(path, -1)
         length = np.maximum(np.hypot(path[:, 0], path[:, 1]), 1e-9)
         direction = path / length[:, None]
         along = np.clip(direction @ near.T, 0.0, length[:, None])
         gap = np.hypot(*(near - along[..., None] * direction[:, None]).transpose(2, 0, 1)).min(axis=1)
         straight = np.flatnonzero(gap >= min(self._radius + MARGIN, gap[0]))
-        return path[straight[-1]]
+        return _point(path, int(straight[-1]))
 
     def _room(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
         """From the hull to the nearest seen point [m] at each sample of each motion, (motions, samples)."""
-        near = seen[(seen**2).sum(axis=1) < (self._reach + self._radius) ** 2]
+        near = self._near(seen)
         if len(near) == 0:
             return np.full(self._ways.shape[:2], math.inf)
         ways = self._ways.reshape(-1, 2)
-        squared = (ways**2).sum(axis=1)[:, None] - 2.0 * ways @ near.T + (near**2).sum(axis=1)
-        distance = np.sqrt(np.maximum(squared.min(axis=1), 0.0))
-        return distance.reshape(self._ways.shape[:2]) - self._radius
+        squared = (ways**2).sum(axis=1) + ((near**2).sum(axis=1)[:, None] - 2.0 * near @ ways.T).min(axis=0)
+        room: NDArray[np.float64] = np.sqrt(np.maximum(squared, 0.0)) - self._radius
+        return room.reshape(self._ways.shape[:2])
+
+    def _near(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The seen points that a motion can come near to, thinned out to at most ``MAX_SEEN`` of them."""
+        near = seen[seen[:, 0] ** 2 + seen[:, 1] ** 2 < self._reach**2]
+        return near[:: 1 + len(near) // MAX_SEEN]
+
+
+def _point(path: NDArray[np.float64], index: int) -> NDArray[np.float64]:
+    point: NDArray[np.float64] = path[index]
+    return point
 
 
 def _command(motion: NDArray[np.float64]) -> tuple[float, float]:
     return float(motion[0]), float(motion[1])
 
 
-def _rollouts(
-    fan: NDArray[np.float64], times: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _rollouts(fan: NDArray[np.float64], times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Positions, (motions, samples, 2), along the arcs in base, and the headings where they end, (motions,)."""
     speed, turn = fan[:, :1], fan[:, 1:]
     angle = turn * times

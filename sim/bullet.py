@@ -20,6 +20,9 @@ MAX_RAYS = 4095
 MAX_ROBOTS = 29
 """Each robot needs a bit of its own in a signed 32-bit mask, beside the walls'."""
 
+SHORT_REACH = 4.0
+"""A ray costs by its length, hit or not: beams are cast this far [m] first, and again only where they met nothing."""
+
 WALL_HEIGHT, BODY_HEIGHT, RAY_HEIGHT = 1.0, 0.6, 0.5
 _WALL_GROUP = 1
 
@@ -137,23 +140,31 @@ class BulletScene:
         """
         world_from_lidar = self.pose(robot) @ lidar.base_from_lidar
         angles = world_from_lidar.yaw + lidar.angles
-        start = np.array([(world_from_lidar.x, world_from_lidar.y, RAY_HEIGHT)])
-        reach = np.stack((np.cos(angles), np.sin(angles), np.zeros(lidar.beams)), axis=-1) * lidar.range_max
-        starts, ends = np.repeat(start, lidar.beams, axis=0), start + reach
-        all_but_self = ~(2 << robot)
-        hits: list[tuple[int, float]] = []
-        for first in range(0, lidar.beams, MAX_RAYS):
-            batch = self._bullet.rayTestBatch(
-                starts[first : first + MAX_RAYS],
-                ends[first : first + MAX_RAYS],
-                numThreads=1,
-                collisionFilterMask=all_but_self,
-                physicsClientId=self._client,
-            )
-            hits += [(hit[0], hit[2]) for hit in batch]
-        bodies, fractions = np.array(hits, dtype=np.float64).T
-        distances = np.where(bodies >= 0.0, fractions * lidar.range_max, math.inf)
+        start = np.array((world_from_lidar.x, world_from_lidar.y, RAY_HEIGHT))
+        directions = np.stack((np.cos(angles), np.sin(angles), np.zeros(lidar.beams)), axis=-1)
+        distances = np.full(lidar.beams, math.inf)
+        bodies = np.full(lidar.beams, -1)
+        for reach in (min(SHORT_REACH, lidar.range_max), lidar.range_max):
+            missing = np.flatnonzero(bodies < 0)
+            for first in range(0, missing.size, MAX_RAYS):
+                rays = missing[first : first + MAX_RAYS]
+                bodies[rays], distances[rays] = self._hits(start, directions[rays], reach, ignored=2 << robot)
         return distances, np.isin(bodies, self._robots)
+
+    def _hits(
+        self, start: NDArray[np.float64], directions: NDArray[np.float64], reach: float, ignored: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The body (-1: none) and distance [m] (+inf: none) that each ray, (N, 3), meets first: (N,) each."""
+        hits = self._bullet.rayTestBatch(
+            np.repeat(start[None], len(directions), axis=0),
+            start + reach * directions,
+            numThreads=1,
+            collisionFilterMask=~ignored,
+            physicsClientId=self._client,
+        )
+        bodies = np.array([hit[0] for hit in hits])
+        fractions = np.array([hit[2] for hit in hits])
+        return bodies, np.where(bodies >= 0, fractions * reach, math.inf)
 
 
 def _pybullet() -> Any:
@@ -161,5 +172,5 @@ def _pybullet() -> Any:
         return importlib.import_module("pybullet")
     except ImportError as error:
         raise ImportError(
-            "simulating needs pybullet, which has wheels up to Python 3.11 only: use Python 3.11, or pip install pybullet"
+            "simulating needs pybullet, which has no wheel after Python 3.11: run it on Python 3.11 with it installed"
         ) from error

@@ -50,7 +50,7 @@ class Lidar:
     @property
     def angles(self) -> NDArray[np.float64]:
         """The beams' directions in the lidar's frame [rad], (beams,)."""
-        return self.angle_min + self.angle_increment * np.arange(self.beams)
+        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
     def scan(self, stamp: float, distances: NDArray[np.float64]) -> LidarScan:
         """The sweep that reads these distances [m], (beams,): past the limits they become +inf or -inf (REP 117)."""

@@ -137,6 +137,7 @@ def _run(
     recorders = [_Recorder() for _ in explorers]
     touches = np.zeros(settings.robots, dtype=np.int64)
     steps = math.ceil(1.0 / (lidar.rate * PHYSICS_STEP) - 1e-9)
+    commands: list[tuple[float, float]] = []
     for tick in range(settings.scans):
         if tick > 0:
             with stopwatch.on("physics"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ class Noise:
     range_sigma: float = 0.01
     range_sigma_ratio: float = 0.005
     dropout: float = 0.01
-    odometry: OdometryNoise = OdometryNoise()
+    odometry: OdometryNoise = field(default_factory=OdometryNoise)
 
     def __post_init__(self) -> None:
         for name in ("range_sigma", "range_sigma_ratio", "dropout"):

@@ -132,7 +132,10 @@ def _is_near(points: Polygon, room: Room) -> bool:
 
 
 def _gap(one: Polygon, other: Polygon) -> float:
-    """Between two convex polygons [m], 0 where they overlap. Crossing bars, no corner inside the other, count as 0."""
+    """Between two convex polygons [m], 0 where a corner of one lies in the other; a lower bound where far apart."""
+    beside = max((other.min(axis=0) - one.max(axis=0)).max(), (one.min(axis=0) - other.max(axis=0)).max())
+    if beside >= PASSAGE:
+        return float(beside)
     if contains(other, one).any() or contains(one, other).any():
         return 0.0
     return float(min(distances(edges(one), other).min(), distances(edges(other), one).min()))
@@ -152,9 +155,11 @@ def _floor_points(room: Room, step: float = 0.1) -> NDArray[np.float64]:
 
 def _leaves_free(solid: Polygon, points: NDArray[np.float64], radius: float = 0.25) -> NDArray[np.bool_]:
     """At which of the points, (rows, cols, 2), a robot of that radius [m] stands clear of the solid."""
-    rows = points.reshape(-1, 2)
-    free: NDArray[np.bool_] = (distances(edges(solid), rows) >= radius) & ~contains(solid, rows)
-    return free.reshape(points.shape[:2])
+    free = np.ones(points.shape[:2], dtype=np.bool_)
+    low, high = solid.min(axis=0) - radius, solid.max(axis=0) + radius
+    near = ((points >= low) & (points <= high)).all(axis=2)
+    free[near] = (distances(edges(solid), points[near]) >= radius) & ~contains(solid, points[near])
+    return free
 
 
 def _is_one_piece(floor: NDArray[np.bool_]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -139,7 +140,7 @@ def _door(rng: np.random.Generator, room: Room, module: float, shares: dict[int,
 def _links(rng: np.random.Generator, row: list[Room]) -> list[Door]:
     """Doors between neighbouring rooms, here and there."""
     links = []
-    for left, right in zip(row[:-1], row[1:], strict=True):
+    for left, right in pairwise(row):
         if left.kind == right.kind == "room" and rng.random() < 0.15:
             y = left.y0 + rng.uniform(0.35, 0.65) * left.depth
             links.append(Door(left.x1 + WALL / 2.0, y, rng.uniform(0.95, 1.2), along_x=False))
