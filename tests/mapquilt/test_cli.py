@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -250,12 +251,20 @@ def test_an_internal_error_is_status_70_and_says_so(capsys, monkeypatch, merged_
     )
 
 
+def wait_for_the_simulator(process):
+    """Wait until the process has the simulator in memory, and a little more, so that the mission is under way."""
+    while "pybullet" not in Path(f"/proc/{process.pid}/maps").read_text():
+        assert process.poll() is None
+        time.sleep(0.1)
+    time.sleep(1.0)
+
+
 @pytest.mark.parametrize(("sign", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
 def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, sign, status):
     before = hashes(fresh_run)
     arguments = ["simulate", "office", "--robots", "2", "--duration", "600", "--seed", "9", "--out", str(fresh_run)]
     process = subprocess.Popen([sys.executable, "-m", "mapquilt", *arguments], stderr=subprocess.PIPE)
-    time.sleep(4.0)
+    wait_for_the_simulator(process)
     process.send_signal(sign)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == status
