@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mapping.atomic import write_bytes_aside
+from mapping.npz_file import load_npz, save_npz
 from mapping.robot_log import RobotLog
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
 from mapping.trajectory import Trajectory
 
 FIELDS = ("stamps", "odometry", "ranges", "base_from_lidar", "angle_min", "angle_increment", "range_min", "range_max")
+_DIMENSIONS = {name: 2 if name in ("odometry", "ranges") else 1 for name in FIELDS}
 
 
 def save_robot_log(path: Path, log: RobotLog) -> None:
     """Write ``stamps`` (N,) [s], ``odometry`` (N, 3) [m, m, rad], ``ranges`` (N, B) float32 [m], the lidar's mounting
     ``base_from_lidar`` (3,), and per scan ``angle_min``, ``angle_increment``, ``range_min``, ``range_max`` (N,)."""
     mounting = log.base_from_lidar
-    fields = {
+    fields: dict[str, NDArray[Any]] = {
         "stamps": log.odometry.stamps,
         "odometry": log.odometry.poses,
         "ranges": np.stack([scan.ranges for scan in log.scans]),
@@ -29,9 +30,7 @@ def save_robot_log(path: Path, log: RobotLog) -> None:
     }
     for name in FIELDS[4:]:
         fields[name] = np.array([getattr(scan, name) for scan in log.scans])
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **fields)  # type: ignore[arg-type]
-    write_bytes_aside(path, buffer.getvalue())
+    save_npz(path, fields)
 
 
 def load_robot_log(path: Path) -> RobotLog:
@@ -39,21 +38,26 @@ def load_robot_log(path: Path) -> RobotLog:
 
     Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
     """
+    fields = load_npz(path, FIELDS)
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            fields = {name: archive[name] for name in FIELDS}
         return _robot_log(fields)
-    except (KeyError, ValueError, IndexError, TypeError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile) as error:
+    except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: not a robot log: {error}") from None
 
 
-def _robot_log(fields: dict[str, np.ndarray]) -> RobotLog:
-    stamps, ranges = fields["stamps"], fields["ranges"]
-    if ranges.ndim != 2 or len(ranges) != len(stamps):
-        raise ValueError(f"ranges has shape {ranges.shape}, but there are {len(stamps)} stamps")
+def _robot_log(fields: dict[str, NDArray[Any]]) -> RobotLog:
+    for name, dimensions in _DIMENSIONS.items():
+        if fields[name].ndim != dimensions or fields[name].dtype.kind not in "fiu":
+            raise ValueError(f"{name} is of type {fields[name].dtype} and shape {fields[name].shape}")
+    rows = {name: len(fields[name]) for name in FIELDS if name != "base_from_lidar"}
+    if len(set(rows.values())) > 1:
+        raise ValueError(f"the arrays do not have the same length: {rows}")
+    stamps, mounting = fields["stamps"], fields["base_from_lidar"]
+    if mounting.shape != (3,):
+        raise ValueError(f"base_from_lidar has shape {mounting.shape}, must be (3,)")
     settings = zip(*(fields[name].tolist() for name in FIELDS[4:]), strict=True)
     scans = tuple(
         LidarScan(float(stamp), first, step, nearest, farthest, row)
-        for stamp, (first, step, nearest, farthest), row in zip(stamps, settings, ranges, strict=True)
+        for stamp, (first, step, nearest, farthest), row in zip(stamps, settings, fields["ranges"], strict=True)
     )
-    return RobotLog(scans, Trajectory(stamps, fields["odometry"]), SE2(*fields["base_from_lidar"].tolist()))
+    return RobotLog(scans, Trajectory(stamps, fields["odometry"]), SE2(*mounting.tolist()))

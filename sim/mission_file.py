@@ -6,10 +6,10 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from mapping.npz_file import load_npz
 from mapping.robot_log import RobotTruth
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
@@ -76,16 +76,15 @@ def _settings(record: dict[str, Any]) -> MissionSettings:
 
 
 def _load_robot(path: Path, lidar: Lidar) -> RobotTruth:
+    arrays = load_npz(path, ("stamps", "world_from_base", "ranges", "hits_robot"))
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            trajectory = Trajectory(arrays["stamps"], arrays["world_from_base"])
-            ranges, hits_robot = arrays["ranges"], arrays["hits_robot"]
+        trajectory = Trajectory(arrays["stamps"], arrays["world_from_base"])
         scans = tuple(
             LidarScan(float(stamp), lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, sweep)
-            for stamp, sweep in zip(trajectory.stamps, ranges, strict=True)
+            for stamp, sweep in zip(trajectory.stamps, arrays["ranges"], strict=True)
         )
-        return RobotTruth(scans, trajectory, hits_robot, lidar.base_from_lidar)
-    except (KeyError, ValueError, EOFError, BadZipFile) as error:
+        return RobotTruth(scans, trajectory, arrays["hits_robot"], lidar.base_from_lidar)
+    except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: {error}") from error
 
 
