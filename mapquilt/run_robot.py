@@ -1,0 +1,37 @@
+"""A robot of a run with all that is known of it, for programs that read other formats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from mapping.grid import OccupancyGrid
+from mapping.robot_log import RobotLog
+from mapping.robot_log_file import load_robot_log
+from mapping.trajectory import Trajectory
+from mapquilt import run_folder
+from sim.mission_file import load_mission
+
+
+@dataclass(frozen=True, eq=False)
+class RunRobot:
+    """A robot's ``name``, the ``log`` it brought home, its disguised map ``grid``, and ``world_from_base``, where it
+    truly was at the stamps of the log."""
+
+    name: str
+    log: RobotLog
+    grid: OccupancyGrid
+    world_from_base: Trajectory
+
+
+def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
+    """The robots of a run, in order. Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong."""
+    maps = run_folder.load_maps(run)
+    mission_folder = run / run_folder.MISSION_FOLDER
+    mission = load_mission(mission_folder)
+    if len(mission.robots) != len(maps):
+        raise ValueError(f"{mission_folder}: holds {len(mission.robots)} robots, but the run has {len(maps)} maps")
+    return tuple(
+        RunRobot(name, load_robot_log(run / name / run_folder.LOG_FILE), grid, truth.trajectory)
+        for name, grid, truth in zip(maps.names, maps.grids, mission.robots, strict=True)
+    )
