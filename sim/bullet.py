@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -169,8 +171,22 @@ class BulletScene:
 
 def _pybullet() -> Any:
     try:
-        return importlib.import_module("pybullet")
+        with _quiet_stderr():
+            return importlib.import_module("pybullet")
     except ImportError as error:
         raise ImportError(
             "simulating needs pybullet, which has no wheel after Python 3.11: run it on Python 3.11 with it installed"
         ) from error
+
+
+@contextmanager
+def _quiet_stderr() -> Iterator[None]:
+    """PyBullet greets from C on import, past ``sys.stderr``."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)

@@ -26,6 +26,10 @@ LOOKAHEAD = (0.2, 0.9)
 """How near and how far ahead on its path a robot aims [m]."""
 ARRIVED = 0.3
 """Distance at which a viewpoint counts as reached [m]."""
+SEEN_FROM = 0.4
+"""Nearer than this to where the robot has been [m], there is nothing new to see: gaps in mapped walls only look so."""
+PERSISTENCE = 1.5
+"""How much more the present goal counts than another, so that a robot does not waver."""
 MIN_GAIN = 0.4
 """Unknown floor [m^2] that is worth no trip."""
 STUCK_TIME, STUCK_DISTANCE = 3.0, 0.15
@@ -51,6 +55,7 @@ class Explorer:
         self._planned_at = -math.inf
         self._banned: list[tuple[float, NDArray[np.float64]]] = []
         self._past: deque[tuple[float, NDArray[np.float64]]] = deque()
+        self._been: list[NDArray[np.float64]] = []
         self.finished = False
 
     def command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
@@ -64,6 +69,8 @@ class Explorer:
 
     def _command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
         here = np.array((world_from_base.x, world_from_base.y))
+        if not self._been or math.dist(here, self._been[-1]) > SEEN_FROM / 4.0:
+            self._been.append(here)
         if self._is_stuck(scan.stamp, here):
             self._banned.append((scan.stamp + BAN_TIME, self._path[-1]))
             self._path = self._path[:0]
@@ -84,15 +91,14 @@ class Explorer:
         views = viewpoints(grid, routes)
         self._banned = [ban for ban in self._banned if ban[0] > now]
         places = grid.frame.metres_from_cells(views.cells)
-        worth = (views.gain >= MIN_GAIN) & (np.hypot(*(places - here).T) >= ARRIVED)
-        allowed = worth.copy()
-        for _, place in self._banned:
-            allowed &= np.hypot(*(places - place).T) > BAN_RADIUS
+        worth = (views.gain >= MIN_GAIN) & _are_away(places, self._been, SEEN_FROM)
+        allowed = worth & _are_away(places, [place for _, place in self._banned], BAN_RADIUS)
+        present = ~_are_away(places, [self._path[-1]] if len(self._path) else [], BAN_RADIUS)
         self.finished = not worth.any()
         self._path = np.empty((0, 2))
         if allowed.any():
-            utility = np.where(allowed, views.gain / (1.0 + views.cost), -math.inf)
-            self._path = routes.path_to(views.cells[int(np.argmax(utility))])
+            utility = views.gain / (1.0 + views.cost) * np.where(present, PERSISTENCE, 1.0)
+            self._path = routes.path_to(views.cells[int(np.argmax(np.where(allowed, utility, -math.inf)))])
 
     def _is_stuck(self, now: float, here: NDArray[np.float64]) -> bool:
         if len(self._path) == 0:
@@ -107,6 +113,13 @@ class Explorer:
         if stuck:
             self._past.clear()
         return stuck
+
+
+def _are_away(places: NDArray[np.float64], others: list[NDArray[np.float64]], distance: float) -> NDArray[np.bool_]:
+    """Which of the places, (N, 2), lie at least that far [m] from all others, (2,) each: (N,)."""
+    gaps = places[:, None] - np.array(others).reshape(-1, 2)
+    away: NDArray[np.bool_] = (np.hypot(gaps[..., 0], gaps[..., 1]) >= distance).all(axis=1)
+    return away
 
 
 def _ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:

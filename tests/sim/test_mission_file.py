@@ -1,0 +1,62 @@
+"""Missions on disk: exact there and back, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim.mission import Mission
+from sim.mission_file import load_mission, save_mission
+
+
+@pytest.fixture
+def folder(mission: Mission, tmp_path: Path) -> Path:
+    save_mission(mission, tmp_path / "mission")
+    return tmp_path / "mission"
+
+
+def test_a_mission_comes_back_bit_for_bit(mission: Mission, folder: Path, tmp_path: Path) -> None:
+    again = load_mission(folder)
+    assert (again.world, again.seed, again.settings) == (mission.world, mission.seed, mission.settings)
+    assert (again.robot_radius, again.touches) == (mission.robot_radius, mission.touches)
+    for mine, theirs in zip(again.robots, mission.robots, strict=True):
+        assert np.array_equal(mine.trajectory.poses, theirs.trajectory.poses)
+        assert np.array_equal(mine.hits_robot, theirs.hits_robot)
+        assert mine.base_from_lidar == theirs.base_from_lidar
+        for a, b in zip(mine.scans, theirs.scans, strict=True):
+            assert np.array_equal(a.ranges, b.ranges)
+            assert (a.stamp, a.angle_min, a.angle_increment) == (b.stamp, b.angle_min, b.angle_increment)
+            assert (a.range_min, a.range_max) == (b.range_min, b.range_max)
+    save_mission(again, tmp_path / "again")
+    for path in folder.iterdir():
+        assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
+
+
+@pytest.mark.parametrize("name", ["world.json", "mission.json", "robot_1.npz"])
+def test_a_missing_file_is_named(folder: Path, name: str) -> None:
+    (folder / name).unlink()
+    with pytest.raises(OSError, match=name):
+        load_mission(folder)
+
+
+@pytest.mark.parametrize("name", ["world.json", "mission.json", "robot_1.npz"])
+@pytest.mark.parametrize("damage", ["empty", "cut", "other"])
+def test_a_damaged_file_is_named(folder: Path, name: str, damage: str) -> None:
+    content = (folder / name).read_bytes()
+    (folder / name).write_bytes({"empty": b"", "cut": content[: len(content) // 2], "other": b"[1, 2]"}[damage])
+    with pytest.raises(ValueError, match=name):
+        load_mission(folder)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("version", 99), ("settings", {}), ("seed", None), ("settings", {"robots": 0}), ("touches", 3)]
+)
+def test_a_malformed_record_is_named(folder: Path, field: str, value: object) -> None:
+    path = folder / "mission.json"
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps({**record, field: value}))
+    with pytest.raises(ValueError, match=r"mission\.json"):
+        load_mission(folder)
