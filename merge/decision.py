@@ -25,7 +25,17 @@ class Criterion:
 
 @dataclass(frozen=True)
 class DecisionSettings:
-    """The bounds of :func:`decide`."""
+    """The bounds of :func:`decide`, chosen on generated pairs; lengths in cells of the coarser map.
+
+    - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
+    - ``min_overlap``, ``min_agreement``: the maps must share enough area, and enough of their walls;
+    - ``max_walls_in_free``: thesis data have at most 0.09 where right and mostly 0.2 or more where wrong;
+    - ``min_walls_on_walls``: 0.87 or more on its clean maps where right, 0.73 or less where wrong; noise lowers it;
+    - ``min_margin``: the best distinct rival must lie this share below the best. One room further along a corridor of
+      equal rooms loses 0.05 to 0.25, mere chance 0.4 and more.
+
+    Raises ``ValueError`` naming a bound that is not within 0 to 1, or a length that is not positive.
+    """
 
     min_walls_on_walls: float = 0.75
     max_walls_in_free: float = 0.15
@@ -33,7 +43,15 @@ class DecisionSettings:
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_agreement: float = 0.35
-    min_margin: float = 0.1
+    min_margin: float = 0.3
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if name == "min_matched_walls_cells":
+                if not 0.0 < value < math.inf:
+                    raise ValueError(f"DecisionSettings: {name} is {value}, must be positive and finite")
+            elif not 0.0 <= value <= 1.0:
+                raise ValueError(f"DecisionSettings: {name} is {value}, must lie in 0 to 1")
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,19 @@ def _split(walls: NDArray[np.bool_], box: tuple[int, ...], rng: np.random.Genera
         _split(walls, part, rng, thick)
 
 
+def equal_rooms(number: int = 6) -> World:
+    """A corridor along x with ``number`` equal rooms of 4 x 5 m on either side: 12 m high, 4 m a room wide."""
+    room, low, high = round(4.0 / CELL), round(5.0 / CELL), round(7.0 / CELL)
+    walls = np.zeros((round(12.0 / CELL), number * room + 3), dtype=bool)
+    walls[:3] = walls[-3:] = walls[low : low + 3] = walls[high : high + 3] = True
+    for left in range(0, walls.shape[1], room):
+        walls[:low, left : left + 3] = walls[high:, left : left + 3] = True
+        walls[10:30, left + 50 : left + 70] = True
+        walls[low : high + 3, left + 20 : left + 38] &= False
+    walls[:, :3] = walls[:, -3:] = True
+    return World(walls)
+
+
 def viewpoints(
     world: World, rng: np.random.Generator, low: tuple[float, float], high: tuple[float, float], number: int = 40
 ) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@ import dataclasses
 
 import pytest
 
-from merge.decision import decide
+from merge.decision import DecisionSettings, decide
 from merge.result import Evidence
 
 GOOD = Evidence(
@@ -59,3 +59,14 @@ def test_more_evidence_never_lowers_the_confidence(name, worse_to_better):
     assert found == sorted(found)
     assert found[0] < found[-1]
     assert all(0.0 <= confidence <= 1.0 for confidence in found)
+
+
+@pytest.mark.parametrize(("name", "value"), [("min_margin", 1.5), ("max_walls_in_free", float("nan"))])
+def test_a_bad_bound_is_named(name, value):
+    with pytest.raises(ValueError, match=f"{name} is {value}"):
+        DecisionSettings(**{name: value})
+
+
+def test_no_walls_in_a_length_is_refused_without_a_fault():
+    nothing = dataclasses.replace(GOOD, matched_walls_cells=0.0, agreement=0.0, rival_agreement=0.0, spread=0.0)
+    assert decide(nothing).reason == "too little structure"

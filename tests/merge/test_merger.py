@@ -12,7 +12,7 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
-from tests.merge.rooms import CELL, observed, random_similarity, rooms, viewpoints
+from tests.merge.rooms import CELL, equal_rooms, observed, random_similarity, rooms, viewpoints
 
 WIDTH, HEIGHT = 16.0, 11.0
 PARTS = [((0.3, 0.3), (11.0, 10.7)), ((4.5, 0.3), (15.7, 10.7)), ((2.0, 0.3), (14.0, 10.7))]
@@ -215,6 +215,19 @@ def test_noise_is_refused():
     rng = np.random.default_rng(0)
     grids = [bare(rng.choice([100, 0, -1], (120, 160))) for _ in range(2)]
     assert not merge_maps(map_set(grids, unit="cell")).pairs[0].accepted
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
+    world, rng = equal_rooms(), np.random.default_rng(seed)
+    parts = (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7)))
+    grids = [
+        observed(world, viewpoints(world, rng, *part, number=30), random_similarity(rng), rng, noise=0.01)
+        for part in parts
+    ]
+    pair = merge_maps(map_set(grids)).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, "two answers equally good")
+    assert pair.evidence.walls_on_walls > 0.8  # nothing else would have refused it
 
 
 def test_one_map_alone_is_its_own_merge(known):
