@@ -10,7 +10,10 @@ from typing import Annotated
 
 import typer
 
+from mapping.map_yaml import Mode
 from mapquilt import run_folder
+from mapquilt.convert import Format
+from mapquilt.convert import convert as convert_files
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
 from mapquilt.progress import count_progress, mission_progress
@@ -42,6 +45,9 @@ ScaleOption = Annotated[ScaleMode, typer.Option(help="hidden: resolutions are st
 Resolution = Annotated[float, typer.Option(help="Cell size of the robots' grids [m].")]
 Model = Annotated[str, typer.Option(help="Inverse sensor model: octomap, hector, cartographer, counting, karto.")]
 ClearRange = Annotated[float, typer.Option(help="How far a beam without a return clears [m]; 0 clears nothing.")]
+Unknown = Annotated[
+    int | None, typer.Option(min=0, max=255, help="Grey level of map files that means unknown, whatever they say.")
+]
 
 
 @app.command()
@@ -99,6 +105,7 @@ def merge(
     ] = "auto",
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for merged map and picture; a run gets them itself.")] = None,
+    unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
     """Find the transforms between maps, and merge them into one."""
@@ -106,13 +113,14 @@ def merge(
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
+        if unknown is not None:
+            raise ValueError("--unknown is for map files; a run says itself what is unknown")
         loaded = run_folder.load_maps(maps[0])
         with count_progress("merging pairs") as on_progress:
             result = merge_run(maps[0], settings, seed, on_progress)
     else:
-        loaded, warnings = load_map_files(maps)
-        for warning in warnings:
-            typer.echo(f"mapquilt: warning: {warning}", err=True)
+        loaded, warnings = load_map_files(maps, unknown)
+        _warn(warnings)
         with count_progress("merging pairs") as on_progress:
             result = merge_maps(loaded, settings, seed, on_progress)
         if out is not None:
@@ -131,6 +139,39 @@ def score(run: RunFolder) -> int:
     """Compare a run's merge with the truth; write score.json and overview.png."""
     print_table(score_table(score_run(run_folder.require_run(run))))
     return ALL_MERGED
+
+
+@app.command()
+def convert(
+    source: Annotated[
+        Path, typer.Argument(metavar="MAP | LOG | RUN", help="A map file, a robot's log.npz, or a run folder.")
+    ],
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="File to write, replaced if there; for a run, a new or empty folder.")
+    ],
+    to: Annotated[
+        Format | None, typer.Option(help="Default: by OUT's ending, .yaml, .pgm, .png, .tum or .carmen.")
+    ] = None,
+    mode: Annotated[Mode | None, typer.Option(help="How a map's grey tells occupancy; default: trinary.")] = None,
+    unknown: Unknown = None,
+) -> int:
+    """Write a map, a log or a run for other programs.
+
+    A map becomes a map. A log becomes a TUM trajectory or a CARMEN log. A run becomes a folder: of TUM trajectories
+    (odometry and truth), of CARMEN logs with the true poses, or a ROS 2 bag (needs `pip install mapquilt[ros]`).
+
+    The bag holds scans, odometry, tf, maps and the true poses of each robot, but no transform from map to odom: the
+    mapper that runs on it publishes that.
+    """
+    conversion = convert_files(source, out, to, mode, unknown)
+    _warn(conversion.warnings)
+    print_table(conversion.summary)
+    return ALL_MERGED
+
+
+def _warn(warnings: tuple[str, ...]) -> None:
+    for warning in warnings:
+        typer.echo(f"mapquilt: warning: {warning}", err=True)
 
 
 def _version(wanted: bool) -> None:

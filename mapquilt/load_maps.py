@@ -9,18 +9,19 @@ from mapping.map_file import load_map
 from mapping.map_set import MapSet
 
 
-def load_map_files(paths: Sequence[Path]) -> tuple[MapSet, tuple[str, ...]]:
+def load_map_files(paths: Sequence[Path], unknown_grey: int | None = None) -> tuple[MapSet, tuple[str, ...]]:
     """The maps at these paths (map_server YAML, PGM or PNG) and the warnings of reading them.
 
-    A map is called after its file; where two files have one name, after its path. Raises ``ValueError`` or
-    ``OSError`` naming the file that cannot be used, and where a map is named twice or stands alone.
+    A map is called after its file; where two files have one name, after its path. Grey level ``unknown_grey`` is
+    unknown whatever the files say. Raises ``ValueError`` or ``OSError`` naming the file that cannot be used, and
+    where a map is named twice or stands alone.
     """
     if len(paths) < 2:
         raise ValueError(f"{paths[0]}: one map alone cannot be merged; name at least two, or a run folder")
     for path in paths:
         if path.is_dir():
             raise ValueError(f"{path}: is a folder; name map files, or one run folder alone")
-    loaded = [load_map(path) for path in paths]
+    loaded = [load_map(path, unknown_grey=unknown_grey) for path in paths]
     for path, entry in zip(paths, loaded, strict=True):
         if not entry.grid.known.any():
             raise ValueError(f"{path}: every cell is unknown")
