@@ -37,8 +37,9 @@ class LoadedMap:
 def load_map(path: str | Path, *, unknown_grey: int | None = None) -> LoadedMap:
     """Load a map_server YAML with its picture, or a bare PGM or PNG, cell for cell as nav2 does.
 
-    A bare picture has resolution 1, origin 0, unit "cell" and map_server's own thresholds. Grey level
-    ``unknown_grey`` (0 to 255) is unknown whatever the thresholds say.
+    A bare picture has resolution 1, origin 0, unit "cell" and map_server's own thresholds; a YAML of its name beside
+    it is not read, but a warning says so. Grey level ``unknown_grey`` (0 to 255) is unknown whatever the thresholds
+    say.
 
     Raises ``ValueError`` in one line naming the file, the field and the value for anything that is not such a map,
     and ``OSError`` where a file is missing or cannot be read.
@@ -47,7 +48,7 @@ def load_map(path: str | Path, *, unknown_grey: int | None = None) -> LoadedMap:
     if unknown_grey is not None and not 0 <= unknown_grey <= 255:
         raise ValueError(f"unknown_grey is {unknown_grey}, must be 0 to 255")
     if path.suffix.lower() not in (".yaml", ".yml"):
-        return _loaded(path, MapYaml(image=path.name), read_picture(path), "cell", (), unknown_grey)
+        return _loaded(path, MapYaml(image=path.name), read_picture(path), "cell", _yaml_beside(path), unknown_grey)
     meta, warnings = read_map_yaml(path)
     return _loaded(path, meta, read_picture(image_path(path, meta)), "m", warnings, unknown_grey)
 
@@ -102,6 +103,13 @@ def _grid(picture: Picture, meta: MapYaml, cells: NDArray[np.int8]) -> Occupancy
     log_odds.flags.writeable = False
     rows, cols = picture.grey.shape
     return OccupancyGrid(GridFrame(meta.resolution, meta.origin, (rows, cols)), log_odds)
+
+
+def _yaml_beside(path: Path) -> tuple[str, ...]:
+    beside = path.with_suffix(".yaml")
+    if not beside.exists():
+        return ()
+    return (f"read without resolution and origin; {beside.name} beside it may state them: name that instead",)
 
 
 def _free_205_warning(meta: MapYaml) -> str:

@@ -332,3 +332,11 @@ def test_a_map_without_a_known_cell_is_refused_where_one_is_needed(tmp_path: Pat
         require_known(empty)
     known = load_map(write_map(tmp_path, np.array([[205, 254]], np.uint8)))
     assert require_known(known) is known
+
+
+def test_a_picture_named_instead_of_its_yaml_is_told(tmp_path: Path) -> None:
+    write_map(tmp_path, np.array([[0, 254]], np.uint8))
+    (warning,) = load_map(tmp_path / "map.pgm").warnings
+    assert "map.yaml beside it" in warning
+    (tmp_path / "map.yaml").unlink()
+    assert load_map(tmp_path / "map.pgm").warnings == ()
