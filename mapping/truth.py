@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mapping.arrays import frozen_array
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
+from mapping.identifiability import Identifiability, identifiability
 from mapping.log_odds import LogOddsMapper
 from mapping.robot_log import RobotLog, RobotTruth
 from mapping.scan import LidarScan
@@ -58,13 +59,15 @@ class MapTruth:
 class PairTruth:
     """``target_from_source`` fitted on ``common_cells`` wall cells that both saw; ``residual`` is what it leaves,
     RMS [m]. ``fitted`` is False where too few are common: it is then composed of the two maps' own fits, and the
-    residual is None. ``overlap`` is the share of commonly observed true cells in the smaller footprint."""
+    residual is None. ``overlap`` is the share of commonly observed true cells in the smaller footprint;
+    ``identifiability`` says whether the place has one right answer."""
 
     target_from_source: Similarity2
     fitted: bool
     common_cells: int
     residual: float | None
     overlap: float
+    identifiability: Identifiability
 
 
 def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]) -> Sightings:
@@ -146,9 +149,13 @@ def pair_truth(
     source: Sightings,
     target_start_from_map: Similarity2,
     source_start_from_map: Similarity2,
-    overlap: float,
+    target_footprint: OccupancyGrid,
+    source_footprint: OccupancyGrid,
 ) -> PairTruth:
-    """What takes the source map to the target map where both saw the same walls."""
+    """What takes the source map to the target map where both saw the same walls.
+
+    The footprints are those of :func:`footprint`, in one world frame.
+    """
     rows_t, rows_s = common_rows(target, source)
     fitted = len(rows_t) >= LEAST_COMMON_CELLS
     if fitted:
@@ -162,7 +169,8 @@ def pair_truth(
         fitted,
         len(rows_t),
         residual,
-        overlap,
+        overlap(target_footprint.known, source_footprint.known),
+        identifiability(target_footprint, source_footprint),
     )
 
 
@@ -186,6 +194,11 @@ def _placed(grid: OccupancyGrid, world: GridFrame) -> NDArray[np.bool_]:
     inside = cells[world.contains(cells)]
     seen[inside[:, 0], inside[:, 1]] = True
     return seen
+
+
+def footprint(world: OccupancyGrid, seen: NDArray[np.bool_]) -> OccupancyGrid:
+    """The true raster of what a robot could have seen: the world's where it looked, unknown elsewhere."""
+    return OccupancyGrid(world.frame, np.where(seen, world.log_odds, np.float32(0.0)))
 
 
 def overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:

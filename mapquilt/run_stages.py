@@ -66,6 +66,7 @@ def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: di
         write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings))
         _write_maps(folder, sample)
         save_truth(folder / run_folder.TRUTH_FILE, sample.truth)
+        _write_true_rasters(folder / run_folder.TRUTH_FOLDER, sample)
         for stage, seconds in timings.items():
             run_folder.add_timings(folder, stage, seconds)
         written = time.perf_counter() - start - sampled
@@ -105,6 +106,12 @@ def _write_maps(folder: Path, sample: Sample) -> None:
         "maps": entries,
     }
     write_record(folder / run_folder.MAPS_FILE, "maps", record)
+
+
+def _write_true_rasters(folder: Path, sample: Sample) -> None:
+    folder.mkdir()
+    for name, raster in (("world", sample.world), *zip(sample.maps.names, sample.footprints, strict=True)):
+        save_map(raster, folder / name, picture="png")
 
 
 def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:

@@ -8,17 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mapping.believed import by_odometry
 from mapping.disguise import HONEST, DisguiseRanges, disguise, draw_disguises
-from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.log_odds import map_log
 from mapping.map_set import MapSet
 from mapping.robot_log import RobotLog, RobotTruth
-from mapping.se2 import SE2
 from mapping.sensor_model import sensor_model
 from mapping.similarity2 import Similarity2
 from mapping.trajectory import Trajectory
@@ -27,15 +22,16 @@ from mapping.truth import (
     MapTruth,
     PairTruth,
     Sightings,
+    footprint,
     map_truth,
     observed,
-    overlap,
     pair_truth,
     sightings,
 )
 from mapquilt.truth_file import RobotOrigin, RunTruth
 from sim.mission import Mission
 from sim.noise import Noise, Sensed, sense
+from worlds.raster import true_raster
 
 Poses = Literal["odometry", "truth"]
 ScaleMode = Literal["hidden", "honest"]
@@ -75,11 +71,14 @@ class SampleSettings:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A team's maps as the merger gets them, the logs they were drawn from, and the truth."""
+    """A team's maps as the merger gets them, the logs they were drawn from, and the truth: transforms, the world's
+    true raster, and the part of it that each robot could have seen."""
 
     maps: MapSet
     logs: tuple[RobotLog, ...]
     truth: RunTruth
+    world: OccupancyGrid
+    footprints: tuple[OccupancyGrid, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +87,7 @@ class _RobotSample:
     grid: OccupancyGrid
     start_from_map: Similarity2
     seen: Sightings
-    footprint: NDArray[np.bool_]
+    footprint: OccupancyGrid
     truth: MapTruth
 
 
@@ -98,7 +97,7 @@ def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[
     ``on_robot`` is called as each robot is done. Raises ``ValueError`` where a robot saw nothing to map.
     """
     ranges = HONEST if settings.scale == "honest" else DisguiseRanges()
-    world = _world_frame(mission)
+    world = true_raster(mission.world, TRUE_RESOLUTION)
     robots = []
     for index, start_from_map in enumerate(draw_disguises(settings.seed, len(mission.robots), ranges)):
         robots.append(_make_robot(mission.robots[index], index, settings, start_from_map, world))
@@ -114,17 +113,13 @@ def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[
         ),
         logs=tuple(robot.log for robot in robots),
         truth=RunTruth(_origins(names, robots, mission), _pair_truths(names, robots)),
+        world=world,
+        footprints=tuple(robot.footprint for robot in robots),
     )
 
 
-def _world_frame(mission: Mission) -> GridFrame:
-    width, height = mission.world.size
-    shape = math.ceil(height / TRUE_RESOLUTION), math.ceil(width / TRUE_RESOLUTION)
-    return GridFrame(TRUE_RESOLUTION, SE2.identity(), shape)
-
-
 def _make_robot(
-    truth: RobotTruth, index: int, settings: SampleSettings, start_from_map: Similarity2, world: GridFrame
+    truth: RobotTruth, index: int, settings: SampleSettings, start_from_map: Similarity2, world: OccupancyGrid
 ) -> _RobotSample:
     sensed = sense(truth, Noise.level(settings.noise), settings.seed, index)
     believed = _believed(sensed, truth, settings.poses)
@@ -135,7 +130,7 @@ def _make_robot(
         grid=disguise(drawn, start_from_map),
         start_from_map=start_from_map,
         seen=seen,
-        footprint=observed(truth, world, settings.clear_range),
+        footprint=footprint(world, observed(truth, world.frame, settings.clear_range)),
         truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
     )
 
@@ -155,8 +150,12 @@ def _pair_truths(names: tuple[str, ...], robots: list[_RobotSample]) -> dict[tup
     pairs = {}
     for t, s in itertools.combinations(range(len(robots)), 2):
         target, source = robots[t], robots[s]
-        shared = overlap(target.footprint, source.footprint)
         pairs[names[t], names[s]] = pair_truth(
-            target.seen, source.seen, target.start_from_map, source.start_from_map, shared
+            target.seen,
+            source.seen,
+            target.start_from_map,
+            source.start_from_map,
+            target.footprint,
+            source.footprint,
         )
     return pairs

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mapping.identifiability import Identifiability
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapping.truth import MapTruth, PairTruth
@@ -65,6 +66,9 @@ def _pair_record(target: str, source: str, pair: PairTruth) -> dict[str, Any]:
         "common_wall_cells": pair.common_cells,
         "residual_m": pair.residual,
         "overlap": pair.overlap,
+        "identifiable": pair.identifiability.identifiable,
+        "true_agreement": pair.identifiability.agreement,
+        "rival_agreement": pair.identifiability.rival,
     }
 
 
@@ -96,4 +100,5 @@ def _pair(entry: dict[str, Any]) -> PairTruth:
         entry["common_wall_cells"],
         entry["residual_m"],
         entry["overlap"],
+        Identifiability(entry["true_agreement"], entry["rival_agreement"]),
     )

@@ -50,12 +50,12 @@ def test_the_truth_has_no_systematic_shift(start_from_map):
     grid = room()
     hidden = disguise(grid, start_from_map)
     moved = start_from_map.apply(centres(hidden, hidden.known))
-    # Each known cell once against the known cell nearest to it: a half-cell shift would show as a mean of 0.035 m.
+    # Each known cell against the known cell nearest to it: a shift of half a cell would show as half a cell.
     nearest = centres(grid, grid.known)[cKDTree(centres(grid, grid.known)).query(moved)[1]]
     fit = fit_rigid(moved, nearest)
     cell = 0.05 * max(1.0, start_from_map.scale)
     assert abs(fit.yaw) < 0.01
-    assert np.abs((nearest - moved).mean(axis=0)).max() < 0.2 * cell
+    assert np.abs((nearest - moved).mean(axis=0)).max() < 0.3 * cell
 
 
 @given(similarities)

@@ -29,6 +29,7 @@ FILES = {
     "overview.png",
     "mission/world.json",
     "mission/mission.json",
+    *(f"truth/{name}.{suffix}" for name in ("world", "robot_0", "robot_1") for suffix in ("png", "yaml")),
     *(f"mission/robot_{k}.npz" for k in range(2)),
     *(f"robot_{k}/{name}" for k in range(2) for name in ("map.pgm", "map.yaml", "log.npz")),
 }
@@ -90,6 +91,7 @@ def test_the_merger_never_reads_the_truth(fresh_run):
     before = (fresh_run / "merge.json").read_bytes()
     (fresh_run / "truth.json").unlink()
     shutil.rmtree(fresh_run / "mission")
+    shutil.rmtree(fresh_run / "truth")
     assert command("merge", fresh_run) in (0, 1)
     assert (fresh_run / "merge.json").read_bytes() == before
 
