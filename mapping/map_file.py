@@ -91,7 +91,7 @@ def _loaded(
     cells = cell_of_grey(meta)
     if unknown_grey is not None:
         cells[unknown_grey] = UNKNOWN
-    if cells[UNKNOWN_GREY] == FREE and (picture.grey == UNKNOWN_GREY).any():
+    if cells[UNKNOWN_GREY] == FREE and _has_opaque(picture, UNKNOWN_GREY):
         warnings = (*warnings, _free_205_warning(meta))
     return LoadedMap(_grid(picture, meta, cells), unit, path, warnings)
 
@@ -110,6 +110,11 @@ def _yaml_beside(path: Path) -> tuple[str, ...]:
     if not beside.exists():
         return ()
     return (f"read without resolution and origin; {beside.name} beside it may state them: name that instead",)
+
+
+def _has_opaque(picture: Picture, grey: int) -> bool:
+    found = picture.grey == grey
+    return bool((found if picture.opaque is None else found & picture.opaque).any())
 
 
 def _free_205_warning(meta: MapYaml) -> str:

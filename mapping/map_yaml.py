@@ -114,12 +114,22 @@ def map_yaml_text(meta: MapYaml) -> str:
 def _parse(data: bytes) -> dict[str, Any]:
     try:
         # Every scalar stays text: whether `image: 1.pgm` or `negate: no` is a number is decided here, not by YAML.
-        fields = yaml.load(data.decode("utf-8"), Loader=yaml.BaseLoader)
+        loader = yaml.BaseLoader(data.decode("utf-8"))
+        node = loader.get_single_node()
+        fields = loader.construct_document(node) if node is not None else None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"not a YAML file ({' '.join(str(error).split())[:200]})") from error
     if not isinstance(fields, dict):
         raise ValueError(f"the YAML is {_shown(fields)}, not a map's fields")
+    _refuse_repeated([key.value for key, _ in node.value])
     return fields
+
+
+def _refuse_repeated(names: list[Any]) -> None:
+    # YAML forbids it; readers differ in which of the two they take.
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"the YAML has the field {_shown(name)} twice")
 
 
 def _field(fields: dict[str, Any], name: str) -> Any:

@@ -244,6 +244,8 @@ def test_205_that_reads_as_free_is_told_once_and_overridden(tmp_path: Path, mode
 def test_205_is_not_mentioned_where_it_is_unknown_or_absent(tmp_path: Path) -> None:
     assert load_map(write_map(tmp_path, np.array([[205, 0]], np.uint8))).warnings == ()
     assert load_map(write_map(tmp_path, np.array([[254, 0]], np.uint8), free_thresh=0.25)).warnings == ()
+    transparent = np.array([[[205, 205, 205, 0], [0, 0, 0, 255]]], np.uint8)
+    assert load_map(write_map(tmp_path, transparent, image="map.png", mode="scale")).warnings == ()
 
 
 def test_missing_thresholds_are_map_servers_with_a_warning(tmp_path: Path) -> None:

@@ -99,6 +99,7 @@ def test_a_bad_field_is_named_with_its_value(folder: Path, old: str, new: str, m
         (b"\x00\x01", "not a YAML file ("),
         (b"[" * 20_000, "not a YAML file ("),
         (b"{? {} : 1}", "not a YAML file ("),
+        (b"resolution: 0.05\nresolution: 0.1\n", "the YAML has the field 'resolution' twice"),
         (b"#" * (MAX_BYTES + 1), "the file has 65537 bytes"),
     ],
 )
