@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import reprlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
@@ -119,17 +120,19 @@ def _parse(data: bytes) -> dict[str, Any]:
         fields = loader.construct_document(node) if node is not None else None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"not a YAML file ({' '.join(str(error).split())[:200]})") from error
-    if not isinstance(fields, dict):
+    if node is None or not isinstance(fields, dict):
         raise ValueError(f"the YAML is {_shown(fields)}, not a map's fields")
-    _refuse_repeated([key.value for key, _ in node.value])
+    _refuse_repeated(str(key.value) for key, _ in node.value)
     return fields
 
 
-def _refuse_repeated(names: list[Any]) -> None:
+def _refuse_repeated(names: Iterable[str]) -> None:
     # YAML forbids it; readers differ in which of the two they take.
+    seen = set()
     for name in names:
-        if names.count(name) > 1:
+        if name in seen:
             raise ValueError(f"the YAML has the field {_shown(name)} twice")
+        seen.add(name)
 
 
 def _field(fields: dict[str, Any], name: str) -> Any:
