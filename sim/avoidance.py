@@ -37,6 +37,7 @@ class Avoidance:
         self._fan = np.stack(np.meshgrid(speeds, turns, indexing="ij"), axis=-1).reshape(-1, 2)
         times = HORIZON * np.arange(1, _SAMPLES + 1) / _SAMPLES
         self._ways, self._headings = _rollouts(self._fan, times)
+        self._ways_squared = (self._ways.reshape(-1, 2) ** 2).sum(axis=1)
         self._reach = limits.speed * HORIZON + radius + COMFORT
 
     def steer(self, target: NDArray[np.float64], seen: NDArray[np.float64]) -> tuple[float, float]:
@@ -79,7 +80,8 @@ class Avoidance:
         if len(near) == 0:
             return np.full(self._ways.shape[:2], math.inf)
         ways = self._ways.reshape(-1, 2)
-        squared = (ways**2).sum(axis=1) + ((near**2).sum(axis=1)[:, None] - 2.0 * near @ ways.T).min(axis=0)
+        near_squared = near[:, 0] ** 2 + near[:, 1] ** 2
+        squared = self._ways_squared + (near_squared[:, None] - 2.0 * near @ ways.T).min(axis=0)
         room: NDArray[np.float64] = np.sqrt(np.maximum(squared, 0.0)) - self._radius
         return room.reshape(self._ways.shape[:2])
 

@@ -20,6 +20,8 @@ from sim.stopwatch import Stopwatch
 
 CELL = 0.1
 """Resolution of the map that a robot plans on [m]."""
+MAPPED = 0.2
+"""Least time between two scans that go into that map [s]; steering looks at every scan."""
 REPLAN = 2.5
 """Longest time that a plan is kept [s]."""
 LOOKAHEAD = (0.2, 0.9)
@@ -32,6 +34,8 @@ PERSISTENCE = 1.5
 """How much more the present goal counts than another, so that a robot does not waver."""
 MIN_GAIN = 0.4
 """Unknown floor [m^2] that is worth no trip."""
+PATIENCE = 15.0
+"""A robot that has found nothing to see for this long [s] has finished; before, another may only stand in its way."""
 STUCK_TIME, STUCK_DISTANCE = 3.0, 0.15
 """A robot that got no farther than this [m] in this time [s] on its way is stuck."""
 BAN_TIME, BAN_RADIUS = 15.0, 0.7
@@ -49,10 +53,11 @@ class Explorer:
         self._lidar = lidar
         self._radius = radius
         self._stopwatch = stopwatch
-        self._mapper = LogOddsMapper(CELL)
+        self._mapper = LogOddsMapper(CELL, clear_range=lidar.range_max)  # a clean beam without echo saw free floor
         self._avoidance = Avoidance(limits, radius)
         self._path: NDArray[np.float64] = np.empty((0, 2))
-        self._planned_at = -math.inf
+        self._planned_at = self._mapped_at = -math.inf
+        self._worth_at = 0.0
         self._banned: list[tuple[float, NDArray[np.float64]]] = []
         self._past: deque[tuple[float, NDArray[np.float64]]] = deque()
         self._been: list[NDArray[np.float64]] = []
@@ -60,10 +65,12 @@ class Explorer:
 
     def command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
         """The (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""
-        with self._stopwatch.on("mapping"):
-            self._mapper.integrate(scan, world_from_base @ self._lidar.base_from_lidar)
         if self.finished:
             return 0.0, 0.0
+        if scan.stamp - self._mapped_at > MAPPED - 1e-6:
+            self._mapped_at = scan.stamp
+            with self._stopwatch.on("mapping"):
+                self._mapper.integrate(scan, world_from_base @ self._lidar.base_from_lidar)
         with self._stopwatch.on("planning"):
             return self._command(scan, world_from_base)
 
@@ -74,7 +81,8 @@ class Explorer:
         if self._is_stuck(scan.stamp, here):
             self._banned.append((scan.stamp + BAN_TIME, self._path[-1]))
             self._path = self._path[:0]
-        arrived = len(self._path) == 0 or math.dist(here, self._path[-1]) < ARRIVED
+            self._planned_at = -math.inf
+        arrived = len(self._path) > 0 and math.dist(here, self._path[-1]) < ARRIVED
         if arrived or scan.stamp - self._planned_at > REPLAN:
             self._plan(scan.stamp, here)
         if len(self._path) == 0:
@@ -94,7 +102,9 @@ class Explorer:
         worth = (views.gain >= MIN_GAIN) & _are_away(places, self._been, SEEN_FROM)
         allowed = worth & _are_away(places, [place for _, place in self._banned], BAN_RADIUS)
         present = ~_are_away(places, [self._path[-1]] if len(self._path) else [], BAN_RADIUS)
-        self.finished = not worth.any()
+        if worth.any():
+            self._worth_at = now
+        self.finished = now - self._worth_at > PATIENCE
         self._path = np.empty((0, 2))
         if allowed.any():
             utility = views.gain / (1.0 + views.cost) * np.where(present, PERSISTENCE, 1.0)
@@ -118,8 +128,7 @@ class Explorer:
 def _are_away(places: NDArray[np.float64], others: list[NDArray[np.float64]], distance: float) -> NDArray[np.bool_]:
     """Which of the places, (N, 2), lie at least that far [m] from all others, (2,) each: (N,)."""
     gaps = places[:, None] - np.array(others).reshape(-1, 2)
-    away: NDArray[np.bool_] = (np.hypot(gaps[..., 0], gaps[..., 1]) >= distance).all(axis=1)
-    return away
+    return np.asarray((np.hypot(gaps[..., 0], gaps[..., 1]) >= distance).all(axis=1))
 
 
 def _ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -125,3 +125,9 @@ def test_an_odd_rate_keeps_time() -> None:
 def test_bad_settings_are_refused_by_name_and_value(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{field} is {value}"):
         MissionSettings(**{field: value})
+
+
+def test_a_place_without_any_wall_is_explored_too() -> None:
+    mission, _ = simulate(World("nothing", 0, (40.0, 40.0), ()), MissionSettings(robots=1, duration=5.0), 0)
+    assert mission.robots[0].trajectory.distance() > 1.0
+    assert not mission.robots[0].scans[0].returned.any()
