@@ -93,6 +93,19 @@ def load_maps(folder: Path) -> MapSet:
 def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:
     """Note what a stage took, beside the stages before it."""
     path = folder / TIMINGS_FILE
-    timings = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"unit": "s"}
+    timings = read_timings(path) if path.exists() else {}
     timings[stage] = {name: round(value, 4) for name, value in seconds.items()}
-    write_bytes_aside(path, to_text(timings).encode())
+    write_bytes_aside(path, to_text({"unit": "s", **timings}).encode())
+
+
+def read_timings(path: Path) -> dict[str, dict[str, float]]:
+    """Seconds by stage and step.
+
+    Raises ``ValueError`` naming a file that is not JSON, ``OSError`` where it cannot be read.
+    """
+    try:
+        timings = dict(json.loads(path.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise ValueError(f"{path}: not JSON: {error}") from None
+    timings.pop("unit", None)
+    return timings
