@@ -160,3 +160,11 @@ except ImportError as error:
     output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     assert "no wheel after Python 3.11" in output
     assert output.count("\n") == 1
+
+
+def test_a_lidar_on_a_boom_looks_through_its_own_robot() -> None:
+    """A ray that starts inside the body would miss it anyway; from outside only the mask keeps it off."""
+    lidar = Lidar(base_from_lidar=SE2(-0.4, 0.0, 0.0))
+    with BulletScene(World("nothing", 0, (9, 9), ()), [SE2(4, 4, 0.0), SE2(6, 4, 0.0)]) as scene:
+        distances, _ = scene.cast(0, lidar)
+    assert distances[180] == pytest.approx(2.0 + 0.4 - 0.2, abs=1e-3)

@@ -10,6 +10,7 @@ import pytest
 
 from mapping.robot_log import RobotTruth
 from mapping.se2 import SE2
+from mapping.seeds import Role, stream
 from mapping.trajectory import Trajectory
 from sim.lidar import Lidar
 from sim.mission import Mission
@@ -143,3 +144,15 @@ def test_bad_levels_are_refused(level: float) -> None:
 def test_bad_fields_are_refused_by_name_and_value(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{field} is {value}"):
         Noise(**{field: value})
+
+
+def test_each_component_of_each_robot_opens_a_stream_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[tuple[int, Role, int]] = []
+
+    def recorded(seed: int, role: Role, index: int = 0) -> np.random.Generator:
+        opened.append((seed, role, index))
+        return stream(seed, role, index)
+
+    monkeypatch.setattr("sim.noise.stream", recorded)
+    sense(standing(3.0, scans=5), Noise(), 7, 2)
+    assert sorted(opened) == [(7, Role.RANGE_NOISE, 2), (7, Role.DROPOUT, 2), (7, Role.ODOMETRY_NOISE, 2)]
