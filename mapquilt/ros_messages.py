@@ -23,10 +23,10 @@ def ros_nanoseconds(stamp: float) -> int:
 
     Raises ``ValueError`` where ROS cannot tell that time: it has no negative time and 32 bits of seconds.
     """
-    nanoseconds = round((stamp + BAG_START) * _NANOSECONDS)
-    if not 0 < nanoseconds < 2**31 * _NANOSECONDS:
+    seconds = stamp + BAG_START
+    if not 1e-9 <= seconds < 2**31 - 1:
         raise ValueError(f"stamp {stamp} s plus {BAG_START} s is no time that ROS can tell")
-    return nanoseconds
+    return round(seconds * _NANOSECONDS)
 
 
 def laser_scan(scan: LidarScan, scan_time: float, frame: str) -> ros.sensor_msgs__msg__LaserScan:
