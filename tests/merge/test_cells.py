@@ -31,6 +31,11 @@ def test_shifted_by_one_column_by_hand():
     assert (common.agree, common.disagree) == (3.0, 0.0)
 
 
+def test_a_cell_is_asked_where_its_centre_falls():
+    assert compare_cells(A, B, Similarity2(0.6, 0.0)) == compare_cells(A, B, Similarity2(1.0, 0.0))
+    assert compare_cells(A, B, Similarity2(0.4, -0.4)) == compare_cells(A, B, Similarity2.identity())
+
+
 def test_a_map_of_half_the_cell_size_agrees_with_itself_everywhere():
     fine = OccupancyGrid(GridFrame(1.0, SE2(), (6, 6)), np.kron(A.log_odds, np.ones((2, 2), dtype=np.float32)))
     common = compare_cells(A, fine, Similarity2(scale=0.5))

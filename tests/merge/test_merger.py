@@ -105,6 +105,10 @@ def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(know
     assert pair.accepted
     assert pair.target_from_source.scale == pytest.approx(2.0)
     np.testing.assert_allclose(pair.target_from_source_pixels, before.target_from_source_pixels, atol=1e-6)
+    turned_about = map_set(halved.grids[::-1], trusted=False)
+    back = merge_maps(turned_about, MergeSettings(scale=ScaleRange(0.5, 0.5))).pairs[0]
+    assert back.accepted
+    assert back.target_from_source.scale == pytest.approx(0.5)
 
 
 def test_shifting_an_origin_leaves_the_pixels_and_moves_the_metric_answer_by_as_much(known):

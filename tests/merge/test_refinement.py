@@ -45,6 +45,15 @@ def test_a_start_nearby_ends_within_half_a_cell(charts, shift, turn, growth):
     assert found.scale == pytest.approx(charts[2].scale, rel=2e-3)
 
 
+def test_swapping_the_maps_refines_to_the_inverse(charts):
+    target, source, _ = charts
+    start, all_points = displaced(charts), RefinementSettings(most_points=10**6)
+    there = refine(target, source, start, ScaleRange.free(), all_points)
+    back = refine(source, target, start.inverse(), ScaleRange.free().inverse(), all_points)
+    apart = there.apply(source.points) - back.inverse().apply(source.points)
+    assert np.hypot(*apart.T).max() < 0.01  # cells
+
+
 def test_a_known_scale_is_not_touched(charts):
     exact = charts[2].scale
     found = refine(charts[0], charts[1], displaced(charts, growth=1.0), ScaleRange(exact, exact))

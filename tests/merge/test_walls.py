@@ -73,6 +73,9 @@ def test_walls_that_all_run_one_way_have_no_spread_and_a_square_room_has_most():
     corridor = np.zeros((30, 90), dtype=int)
     corridor[:3] = corridor[-3:] = 100
     assert compare_walls(chart(corridor), chart(corridor), SAME).spread == pytest.approx(0.0, abs=0.01)  # its open ends
+    upright = chart(np.rot90(corridor, -1))
+    turned = compare_walls(upright, chart(corridor), Similarity2(30.0, 0.0, math.pi / 2))
+    assert turned.agreement == pytest.approx(1.0) and turned.spread == pytest.approx(0.0, abs=0.01)
     square = chart(room((60, 60)))
     assert compare_walls(square, square, SAME).spread == pytest.approx(0.5)
 
