@@ -25,14 +25,14 @@ class Criterion:
 
 @dataclass(frozen=True)
 class DecisionSettings:
-    """The bounds of :func:`decide`, chosen on generated pairs; lengths in cells of the coarser map.
+    """The bounds of :func:`decide`; lengths in cells of the coarser map.
 
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``, ``min_agreement``: the maps must share enough area, and enough of their walls;
-    - ``max_walls_in_free``: thesis data have at most 0.09 where right and mostly 0.2 or more where wrong;
-    - ``min_walls_on_walls``: 0.87 or more on its clean maps where right, 0.73 or less where wrong; noise lowers it;
+    - ``max_walls_in_free``: on the maps of Chen 2021 at most 0.09 where right, mostly 0.2 or more where wrong;
+    - ``min_walls_on_walls``: there 0.87 or more where right, 0.73 or less where wrong; noise lowers it;
     - ``min_margin``: the best distinct rival must lie this share below the best. One room further along a corridor of
-      equal rooms loses 0.05 to 0.25, mere chance 0.4 and more.
+      equal rooms loses 0.05 to 0.25; elsewhere the best wrong answer mostly loses 0.4 and more.
 
     Raises ``ValueError`` naming a bound that is not within 0 to 1, or a length that is not positive.
     """

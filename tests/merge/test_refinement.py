@@ -16,7 +16,7 @@ def charts():
     rng = np.random.default_rng(7)
     world = rooms(rng)
     a = observed(world, viewpoints(world, rng, (0.3, 0.3), (12.0, 10.7), 25), Similarity2(1.0, 2.0, 0.3), rng)
-    b_from_world = Similarity2(-3.0, 4.0, 2.2, 1.4)
+    b_from_world = Similarity2(-3.0, 4.0, 2.2, 1.9)
     b = observed(world, viewpoints(world, rng, (4.0, 0.3), (15.7, 10.7), 25), b_from_world, rng)
     metric = Similarity2(1.0, 2.0, 0.3) @ b_from_world.inverse()
     cells = [Similarity2.from_se2(grid.frame.origin, grid.frame.resolution) for grid in (a, b)]
@@ -51,7 +51,7 @@ def test_swapping_the_maps_refines_to_the_inverse(charts):
     there = refine(target, source, start, ScaleRange.free(), all_points)
     back = refine(source, target, start.inverse(), ScaleRange.free().inverse(), all_points)
     apart = there.apply(source.points) - back.inverse().apply(source.points)
-    assert np.hypot(*apart.T).max() < 0.01  # cells
+    assert np.hypot(*apart.T).max() < 0.02  # cells
 
 
 def test_a_known_scale_is_not_touched(charts):
