@@ -80,7 +80,7 @@ def bench_mapping(mission: Mission) -> None:
 
         def cast() -> None:
             for start, end in rays:
-                scene.cast_bare(start, end)
+                scene.rays(start, end)
 
         ratios = [_seconds(lambda: _integrate(robot.scans, poses)) / _seconds(cast) for _ in range(7)]
     table = _table(

@@ -153,17 +153,23 @@ class BulletScene:
                 bodies[rays], distances[rays] = self._hits(start, directions[rays], reach, ignored=2 << robot)
         return distances, np.isin(bodies, self._robots)
 
+    def rays(
+        self, starts: NDArray[np.float64], ends: NDArray[np.float64], ignored: int = 0
+    ) -> Sequence[tuple[int, int, float, tuple[float, float, float], tuple[float, float, float]]]:
+        """The bare call: what each ray, (N, 3) to (N, 3) in the world, N at most ``MAX_RAYS``, meets first, as PyBullet
+        says it. ``ignored`` are the mask bits of bodies to look through."""
+        hits: Sequence[tuple[int, int, float, tuple[float, float, float], tuple[float, float, float]]]
+        hits = self._bullet.rayTestBatch(
+            starts, ends, numThreads=1, collisionFilterMask=~ignored, physicsClientId=self._client
+        )
+        return hits
+
     def _hits(
         self, start: NDArray[np.float64], directions: NDArray[np.float64], reach: float, ignored: int
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """The body (-1: none) and distance [m] (+inf: none) that each ray, (N, 3), meets first: (N,) each."""
-        hits = self._bullet.rayTestBatch(
-            np.repeat(start[None], len(directions), axis=0),
-            start + reach * directions,
-            numThreads=1,
-            collisionFilterMask=~ignored,
-            physicsClientId=self._client,
-        )
+        starts = np.repeat(start[None], len(directions), axis=0)
+        hits = self.rays(starts, start + reach * directions, ignored)
         bodies = np.array([hit[0] for hit in hits])
         fractions = np.array([hit[2] for hit in hits])
         return bodies, np.where(bodies >= 0, fractions * reach, math.inf)

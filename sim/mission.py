@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -94,14 +95,11 @@ def simulate(
     after each scan. Raises ``ValueError`` where the world does not hold the robots, ``ImportError`` without PyBullet.
     """
     stopwatch = Stopwatch()
-    with stopwatch.on("total"):
+    with stopwatch.on("total"), ExitStack() as stack:
         with stopwatch.on("building"):
             starts = random_starts(stream(seed, Role.STARTS), world, settings.robots, settings.radius)
-            scene = BulletScene(world, starts, settings.radius).__enter__()
-        try:
-            mission = _run(scene, world, settings, seed, stopwatch, on_progress)
-        finally:
-            scene.__exit__(None, None, None)
+            scene = stack.enter_context(BulletScene(world, starts, settings.radius))
+        mission = _run(scene, world, settings, seed, stopwatch, on_progress)
     return mission, MissionTimes(**stopwatch.seconds)
 
 
