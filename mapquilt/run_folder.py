@@ -5,7 +5,7 @@ maps.json            the map set that the merger reads; nothing of the truth
 mission/             the clean mission: true poses, true ranges, the world
 robot_0/             map.pgm, map.yaml and log.npz, as a real robot could bring them home
 truth.json           where the maps truly lie
-    truth/               the world's true raster, and for each robot the part that it could have seen
+truth/               the world's true raster, and for each robot the part that it could have seen
 merge.json           the merger's answer; merged.pgm, merged.yaml and merge.png beside it
 score.json           the answer against the truth; overview.png beside it
 timings.json         seconds; all that differs between two runs of one seed

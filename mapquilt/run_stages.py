@@ -97,7 +97,7 @@ def _write_maps(folder: Path, sample: Sample) -> None:
     for name, grid, log in zip(sample.maps.names, sample.maps.grids, sample.logs, strict=True):
         (folder / name).mkdir()
         save_map(grid, folder / name / "map")
-        save_robot_log(folder / name / "log.npz", log)
+        save_robot_log(folder / name / run_folder.LOG_FILE, log)
         entries.append({"name": name, "file": f"{name}/map.yaml"})
     record = {
         "schema": MAPS_SCHEMA,
