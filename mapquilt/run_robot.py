@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from mapping.grid import OccupancyGrid
 from mapping.robot_log import RobotLog
 from mapping.robot_log_file import load_robot_log
@@ -20,12 +22,19 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 @dataclass(frozen=True, eq=False)
 class RunRobot:
     """A robot's ``name``, the ``log`` it brought home, its disguised map ``grid``, and ``world_from_base``, where it
-    truly was at the stamps of the log."""
+    truly was at the stamps of the log.
+
+    Raises ``ValueError`` where truth and log have different stamps.
+    """
 
     name: str
     log: RobotLog
     grid: OccupancyGrid
     world_from_base: Trajectory
+
+    def __post_init__(self) -> None:
+        if not np.array_equal(self.log.odometry.stamps, self.world_from_base.stamps):
+            raise ValueError(f"{self.name}: log and truth have different stamps; they are not of one mission")
 
 
 def load_run_robots(run: Path) -> tuple[RunRobot, ...]:

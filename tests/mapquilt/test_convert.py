@@ -13,8 +13,10 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map, save_map
 from mapping.occupancy_grey import percent
-from mapping.robot_log_file import load_robot_log
+from mapping.robot_log import RobotLog
+from mapping.robot_log_file import load_robot_log, save_robot_log
 from mapping.se2 import SE2
+from mapping.trajectory import Trajectory
 from mapping.tum import load_tum
 from mapquilt.run_robot import load_run_robots
 from tests.mapquilt.conftest import command, hashes
@@ -231,6 +233,17 @@ def test_a_damaged_run_is_refused_by_the_files_name(fresh_run: Path, capsys, fil
 def test_a_run_that_lacks_a_file_is_refused_by_its_name(fresh_run: Path, capsys, file: str) -> None:
     (fresh_run / file).unlink()
     assert f"{fresh_run / file}: " in refused(capsys, fresh_run, fresh_run.parent / "out", "--to", "rosbag")
+    assert list(fresh_run.parent.iterdir()) == [fresh_run]
+
+
+@pytest.mark.parametrize("to", ["tum", "carmen", "rosbag"])
+def test_a_log_of_another_mission_is_refused(fresh_run: Path, capsys, to: str) -> None:
+    log = load_robot_log(fresh_run / "robot_1/log.npz")
+    shorter = Trajectory(log.odometry.stamps[1:], log.odometry.poses[1:])
+    save_robot_log(fresh_run / "robot_1/log.npz", RobotLog(log.scans[1:], shorter, log.base_from_lidar))
+    assert "robot_1: log and truth have different stamps" in refused(
+        capsys, fresh_run, fresh_run.parent / "out", "--to", to
+    )
     assert list(fresh_run.parent.iterdir()) == [fresh_run]
 
 
