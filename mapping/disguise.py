@@ -43,6 +43,12 @@ class DisguiseRanges:
             raise ValueError(f"DisguiseRanges: max_offset is {self.max_offset}, must be finite and not negative")
 
 
+    @property
+    def honest(self) -> bool:
+        """Whether every map will state its true resolution."""
+        return self.scale_low == self.scale_high == 1.0
+
+
 HONEST = DisguiseRanges(scale_low=1.0, scale_high=1.0)
 """Turned and shifted, but the stated resolution is the true one."""
 

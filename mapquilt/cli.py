@@ -18,7 +18,7 @@ from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
 from mapquilt.progress import count_progress, mission_progress
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
-from mapquilt.sample import Poses, SampleSettings, ScaleMode
+from mapquilt.sample import Poses, SampleSettings, disguise_ranges
 from mapquilt.tables import merge_table, print_table, score_table
 from merge.merger import merge_maps
 from merge.scale_range import ScaleRange
@@ -41,7 +41,11 @@ Out = Annotated[Path, typer.Option("--out", help="Run folder to write; a run of 
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that `simulate` or `sense` wrote.")]
 Noise = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 a decent robot, 3 a bad one.")]
 PosesOption = Annotated[Poses, typer.Option(help="Poses that the robots map with.")]
-ScaleOption = Annotated[ScaleMode, typer.Option(help="hidden: resolutions are stated wrong by a factor; honest: not.")]
+ScaleOption = Annotated[
+    str, typer.Option(help="How wrong resolutions are stated: hidden (by 0.5 to 2), honest (not at all), or LO:HI.")
+]
+MaxRotation = Annotated[float, typer.Option(help="Maps are turned by up to this, either way [degrees].")]
+MaxOffset = Annotated[float, typer.Option(help="Maps are shifted by up to this in x and y [stated m].")]
 Resolution = Annotated[float, typer.Option(help="Cell size of the robots' grids [m].")]
 Model = Annotated[str, typer.Option(help="Inverse sensor model: octomap, hector, cartographer, counting, karto.")]
 ClearRange = Annotated[float, typer.Option(help="How far a beam without a return clears [m]; 0 clears nothing.")]
@@ -60,13 +64,16 @@ def simulate(
     noise: Noise = 1.0,
     poses: PosesOption = "odometry",
     scale: ScaleOption = "hidden",
+    max_rotation: MaxRotation = 180.0,
+    max_offset: MaxOffset = 10.0,
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
 ) -> int:
     """Drive robots through a world; leave their maps, their logs and the truth."""
     mission = MissionSettings(robots=robots, duration=duration)
-    sample = SampleSettings(noise, poses, scale, resolution, model, clear_range, seed)
+    disguise = disguise_ranges(scale, max_rotation, max_offset)
+    sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed)
     with mission_progress(duration) as on_progress:
         simulate_run(out, world, mission, sample, seed, on_progress)
     print_table(f"{out}: {robots} maps of {world}, seed {seed}, {duration:g} s, noise {noise:g}")
@@ -81,13 +88,16 @@ def sense(
     seed: Annotated[int | None, typer.Option(help="Seed of noise and disguise; default: that of RUN.")] = None,
     poses: PosesOption = "odometry",
     scale: ScaleOption = "hidden",
+    max_rotation: MaxRotation = 180.0,
+    max_offset: MaxOffset = 10.0,
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
 ) -> int:
     """Make another run of the same mission, at another noise level, without the simulator."""
+    disguise = disguise_ranges(scale, max_rotation, max_offset)
     settings = SampleSettings(
-        noise, poses, scale, resolution, model, clear_range, run_seed(run) if seed is None else seed
+        noise, poses, disguise, resolution, model, clear_range, run_seed(run) if seed is None else seed
     )
     mission = sense_run(run, out, settings)
     print_table(f"{out}: {len(mission.robots)} maps of {mission.world.name} from {run}, noise {noise:g}")

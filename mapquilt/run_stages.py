@@ -85,7 +85,11 @@ def _run_record(mission: Mission, settings: SampleSettings) -> dict[str, Any]:
         "sample_seed": settings.seed,
         "noise": settings.noise,
         "poses": settings.poses,
-        "scale": settings.scale,
+        "disguise": {
+            "scale": [settings.disguise.scale_low, settings.disguise.scale_high],
+            "max_yaw": settings.disguise.max_yaw,
+            "max_offset": settings.disguise.max_offset,
+        },
         "resolution_m": settings.resolution,
         "sensor_model": settings.model,
         "clear_range_m": settings.clear_range,

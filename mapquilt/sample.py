@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from mapping.believed import by_odometry
-from mapping.disguise import HONEST, DisguiseRanges, disguise, draw_disguises
+from mapping.disguise import DisguiseRanges, disguise, draw_disguises
 from mapping.grid import OccupancyGrid
 from mapping.log_odds import map_log
 from mapping.map_set import MapSet
@@ -34,12 +34,29 @@ from sim.noise import Noise, Sensed, sense
 from worlds.raster import true_raster
 
 Poses = Literal["odometry", "truth"]
-ScaleMode = Literal["hidden", "honest"]
+
+
+SCALES = {"hidden": (0.5, 2.0), "honest": (1.0, 1.0)}
+
+
+def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> DisguiseRanges:
+    """What disguises are drawn from; ``scale`` is hidden (0.5 to 2), honest (1) or LO:HI.
+
+    Raises ``ValueError`` naming the setting and the value.
+    """
+    low, _, high = scale.partition(":")
+    try:
+        bounds = SCALES[scale] if scale in SCALES else (float(low), float(high))
+    except ValueError:
+        raise ValueError(f"scale is {scale!r}, must be hidden, honest or LO:HI such as 0.8:1.25") from None
+    if not 0.0 <= max_rotation_deg <= 180.0:
+        raise ValueError(f"max-rotation is {max_rotation_deg} degrees, must lie between 0 and 180")
+    return DisguiseRanges(*bounds, math.radians(max_rotation_deg), max_offset)
 
 
 @dataclass(frozen=True)
 class SampleSettings:
-    """How maps are made of a mission: noise level, the poses that robots map with, whether the scale is hidden,
+    """How maps are made of a mission: noise level, the poses that robots map with, what the disguise is drawn from,
     resolution [m/cell], inverse sensor model, how far beams without a return clear [m], and the seed of noise and
     disguise.
 
@@ -48,7 +65,7 @@ class SampleSettings:
 
     noise: float = 1.0
     poses: Poses = "odometry"
-    scale: ScaleMode = "hidden"
+    disguise: DisguiseRanges = field(default_factory=DisguiseRanges)
     resolution: float = 0.05
     model: str = "octomap"
     clear_range: float = 0.0
@@ -59,8 +76,6 @@ class SampleSettings:
         sensor_model(self.model)
         if self.poses not in ("odometry", "truth"):
             raise ValueError(f"poses is {self.poses!r}, must be odometry or truth")
-        if self.scale not in ("hidden", "honest"):
-            raise ValueError(f"scale is {self.scale!r}, must be hidden or honest")
         if not 0.001 <= self.resolution <= 10.0:
             raise ValueError(f"resolution is {self.resolution} m, must lie between 0.001 and 10")
         if not 0.0 <= self.clear_range < math.inf:
@@ -96,10 +111,9 @@ def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[
 
     ``on_robot`` is called as each robot is done. Raises ``ValueError`` where a robot saw nothing to map.
     """
-    ranges = HONEST if settings.scale == "honest" else DisguiseRanges()
     world = true_raster(mission.world, TRUE_RESOLUTION)
     robots = []
-    for index, start_from_map in enumerate(draw_disguises(settings.seed, len(mission.robots), ranges)):
+    for index, start_from_map in enumerate(draw_disguises(settings.seed, len(mission.robots), settings.disguise)):
         robots.append(_make_robot(mission.robots[index], index, settings, start_from_map, world))
         on_robot()
     names = tuple(f"robot_{index}" for index in range(len(robots)))
@@ -108,7 +122,7 @@ def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[
             names=names,
             grids=tuple(robot.grid for robot in robots),
             units=tuple("m" for _ in robots),
-            resolutions_trusted=settings.scale == "honest",
+            resolutions_trusted=settings.disguise.honest,
             provenance={"source": "simulation", "world": mission.world.name},
         ),
         logs=tuple(robot.log for robot in robots),

@@ -75,6 +75,10 @@ def refused(capsys, *arguments):
         (("simulate", "office", "--poses", "guess"), ("poses", "guess")),
         (("simulate", "office", "--model", "magic"), ("magic", "octomap")),
         (("simulate", "office", "--robots", "500"), ("500",)),
+        (("simulate", "office", "--scale", "wide"), ("scale", "wide")),
+        (("simulate", "office", "--scale", "2:1"), ("scale", "2.0")),
+        (("simulate", "office", "--max-rotation", "200"), ("max-rotation", "200")),
+        (("simulate", "office", "--max-offset", "inf"), ("max_offset", "inf")),
         (("sense", "no-such-run"), ("no-such-run",)),
     ],
 )

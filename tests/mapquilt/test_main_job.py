@@ -122,6 +122,16 @@ def test_maps_that_hide_their_scale_say_so(merged_run, tmp_path):
     assert all(0.5 <= scale <= 2.0 and abs(scale - 1.0) > 1e-3 for scale in scales)
 
 
+def test_the_disguise_is_drawn_from_the_ranges_asked_for(merged_run, tmp_path):
+    arguments = ("--scale", "0.9:1.1", "--max-rotation", 5, "--max-offset", 0.5)
+    assert command("sense", merged_run, *arguments, "--out", tmp_path / "near") == 0
+    for robot in load_truth(tmp_path / "near/truth.json").robots:
+        map_from_start = robot.start_from_map.inverse()
+        assert 0.9 <= robot.start_from_map.scale <= 1.1
+        assert abs(map_from_start.yaw) <= np.radians(5)
+        assert max(abs(map_from_start.x), abs(map_from_start.y)) <= 0.5
+
+
 def test_maps_are_those_of_map_server(merged_run):
     loaded = load_map(merged_run / "robot_0/map.yaml")
     assert loaded.grid.frame.resolution == 0.05
