@@ -42,7 +42,6 @@ class DisguiseRanges:
         if not 0.0 <= self.max_offset < math.inf:
             raise ValueError(f"DisguiseRanges: max_offset is {self.max_offset}, must be finite and not negative")
 
-
     @property
     def honest(self) -> bool:
         """Whether every map will state its true resolution."""

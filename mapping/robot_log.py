@@ -30,6 +30,10 @@ class RobotLog:
         object.__setattr__(self, "scans", tuple(self.scans))
         _check_stamps("RobotLog", self.scans, self.odometry)
 
+    def part(self, start: int, stop: int) -> RobotLog:
+        """Scans ``start`` to ``stop - 1`` alone. Raises ``ValueError`` where that leaves none."""
+        return RobotLog(self.scans[start:stop], self.odometry.part(start, stop), self.base_from_lidar)
+
 
 @dataclass(frozen=True, eq=False)
 class RobotTruth:
@@ -53,6 +57,11 @@ class RobotTruth:
         shape = (len(self.scans), self.scans[0].ranges.size)
         if self.hits_robot.shape != shape:
             raise ValueError(f"RobotTruth: hits_robot has shape {self.hits_robot.shape}, the scans need {shape}")
+
+    def part(self, start: int, stop: int) -> RobotTruth:
+        """What happened from scan ``start`` to ``stop - 1``. Raises ``ValueError`` where that leaves none."""
+        scans, hits_robot = self.scans[start:stop], self.hits_robot[start:stop]
+        return RobotTruth(scans, self.trajectory.part(start, stop), hits_robot, self.base_from_lidar)
 
 
 def _check_stamps(owner: str, scans: tuple[LidarScan, ...], trajectory: Trajectory) -> None:

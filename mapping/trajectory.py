@@ -49,6 +49,10 @@ class Trajectory:
         poses[:, 2] = self.poses[:, 2] + new_from_old.yaw
         return Trajectory(self.stamps, poses)
 
+    def part(self, start: int, stop: int) -> Trajectory:
+        """Poses ``start`` to ``stop - 1`` alone, in the same frame."""
+        return Trajectory(self.stamps[start:stop], self.poses[start:stop])
+
     def from_start(self) -> Trajectory:
         """The same motion told in the frame of its first pose."""
         return self.moved(self.pose(0).inverse())

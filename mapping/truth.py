@@ -56,18 +56,30 @@ class MapTruth:
 
 
 @dataclass(frozen=True)
+class PairPlaces:
+    """``overlap`` is the share of commonly observed true cells in the smaller footprint; ``identifiability`` says
+    whether the two footprints have one right answer."""
+
+    overlap: float
+    identifiability: Identifiability
+
+    @staticmethod
+    def of(target: OccupancyGrid, source: OccupancyGrid) -> PairPlaces:
+        """Compare two footprints of :func:`footprint`, in one world frame."""
+        return PairPlaces(overlap(target.known, source.known), identifiability(target, source))
+
+
+@dataclass(frozen=True)
 class PairTruth:
     """``target_from_source`` fitted on ``common_cells`` wall cells that both saw; ``residual`` is what it leaves,
     RMS [m]. ``fitted`` is False where too few are common: it is then composed of the two maps' own fits, and the
-    residual is None. ``overlap`` is the share of commonly observed true cells in the smaller footprint;
-    ``identifiability`` says whether the place has one right answer."""
+    residual is None. ``places`` tells of the footprints, which no noise changes."""
 
     target_from_source: Similarity2
     fitted: bool
     common_cells: int
     residual: float | None
-    overlap: float
-    identifiability: Identifiability
+    places: PairPlaces
 
 
 def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]) -> Sightings:
@@ -149,13 +161,9 @@ def pair_truth(
     source: Sightings,
     target_start_from_map: Similarity2,
     source_start_from_map: Similarity2,
-    target_footprint: OccupancyGrid,
-    source_footprint: OccupancyGrid,
+    places: PairPlaces,
 ) -> PairTruth:
-    """What takes the source map to the target map where both saw the same walls.
-
-    The footprints are those of :func:`footprint`, in one world frame.
-    """
+    """What takes the source map to the target map where both saw the same walls."""
     rows_t, rows_s = common_rows(target, source)
     fitted = len(rows_t) >= LEAST_COMMON_CELLS
     if fitted:
@@ -169,8 +177,7 @@ def pair_truth(
         fitted,
         len(rows_t),
         residual,
-        overlap(target_footprint.known, source_footprint.known),
-        identifiability(target_footprint, source_footprint),
+        places,
     )
 
 

@@ -93,11 +93,12 @@ def sense(
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
+    parts: Annotated[int, typer.Option(help="Cut each robot's mission in time into so many parts: a map each.")] = 1,
 ) -> int:
     """Make another run of the same mission, at another noise level, without the simulator."""
     disguise = disguise_ranges(scale, max_rotation, max_offset)
     settings = SampleSettings(
-        noise, poses, disguise, resolution, model, clear_range, run_seed(run) if seed is None else seed
+        noise, poses, disguise, resolution, model, clear_range, run_seed(run) if seed is None else seed, parts
     )
     mission = sense_run(run, out, settings)
     print_table(f"{out}: {len(mission.robots)} maps of {mission.world.name} from {run}, noise {noise:g}")

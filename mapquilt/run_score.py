@@ -74,7 +74,7 @@ def _score_pair(maps: MapSet, truth: RunTruth, pair: PairAnswer) -> PairScore:
     return PairScore(
         target=pair.target,
         source=pair.source,
-        overlap=true_pair.overlap,
+        overlap=true_pair.places.overlap,
         accepted=pair.accepted,
         confidence=pair.confidence,
         reason=pair.reason,

@@ -93,6 +93,7 @@ def _run_record(mission: Mission, settings: SampleSettings) -> dict[str, Any]:
         "resolution_m": settings.resolution,
         "sensor_model": settings.model,
         "clear_range_m": settings.clear_range,
+        "parts": settings.parts,
     }
 
 
@@ -114,8 +115,9 @@ def _write_maps(folder: Path, sample: Sample) -> None:
 
 def _write_true_rasters(folder: Path, sample: Sample) -> None:
     folder.mkdir()
-    for name, raster in (("world", sample.world), *zip(sample.maps.names, sample.footprints, strict=True)):
-        save_map(raster, folder / name, picture="png")
+    save_map(sample.places.world, folder / "world", picture="png")
+    for place in sample.places.maps:
+        save_map(place.footprint, folder / place.name, picture="png")
 
 
 def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -16,22 +14,18 @@ from mapping.map_set import MapSet
 from mapping.robot_log import RobotLog, RobotTruth
 from mapping.sensor_model import sensor_model
 from mapping.similarity2 import Similarity2
-from mapping.trajectory import Trajectory
 from mapping.truth import (
-    TRUE_RESOLUTION,
     MapTruth,
     PairTruth,
     Sightings,
-    footprint,
     map_truth,
-    observed,
     pair_truth,
     sightings,
 )
+from mapquilt.true_places import TrueMap, TruePlaces, check_parts, true_places
 from mapquilt.truth_file import RobotOrigin, RunTruth
 from sim.mission import Mission
 from sim.noise import Noise, Sensed, sense
-from worlds.raster import true_raster
 
 Poses = Literal["odometry", "truth"]
 
@@ -57,8 +51,8 @@ def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> D
 @dataclass(frozen=True)
 class SampleSettings:
     """How maps are made of a mission: noise level, the poses that robots map with, what the disguise is drawn from,
-    resolution [m/cell], inverse sensor model, how far beams without a return clear [m], and the seed of noise and
-    disguise.
+    resolution [m/cell], inverse sensor model, how far beams without a return clear [m], the seed of noise and
+    disguise, and into how many parts each robot's mission is cut in time: a map each.
 
     Raises ``ValueError`` naming the field and the value.
     """
@@ -70,6 +64,7 @@ class SampleSettings:
     model: str = "octomap"
     clear_range: float = 0.0
     seed: int = 7
+    parts: int = 1
 
     def __post_init__(self) -> None:
         Noise.level(self.noise)
@@ -80,96 +75,87 @@ class SampleSettings:
             raise ValueError(f"resolution is {self.resolution} m, must lie between 0.001 and 10")
         if not 0.0 <= self.clear_range < math.inf:
             raise ValueError(f"clear_range is {self.clear_range} m, must be finite and not negative")
+        check_parts(self.parts)
         if self.seed < 0:
             raise ValueError(f"seed is {self.seed}, must not be negative")
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A team's maps as the merger gets them, the logs they were drawn from, and the truth: transforms, the world's
-    true raster, and the part of it that each robot could have seen."""
+    """A team's maps as the merger gets them, the logs they were drawn from, the truth, and the true places behind."""
 
     maps: MapSet
     logs: tuple[RobotLog, ...]
     truth: RunTruth
-    world: OccupancyGrid
-    footprints: tuple[OccupancyGrid, ...]
+    places: TruePlaces
 
 
 @dataclass(frozen=True, eq=False)
-class _RobotSample:
+class _MapSample:
     log: RobotLog
     grid: OccupancyGrid
     start_from_map: Similarity2
     seen: Sightings
-    footprint: OccupancyGrid
     truth: MapTruth
 
 
-def make_sample(mission: Mission, settings: SampleSettings, on_robot: Callable[[], None] = lambda: None) -> Sample:
+def make_sample(mission: Mission, settings: SampleSettings, places: TruePlaces | None = None) -> Sample:
     """Sense, map and disguise a mission once; the same settings give the same sample.
 
-    ``on_robot`` is called as each robot is done. Raises ``ValueError`` where a robot saw nothing to map.
+    ``places`` may be had once for many samples of one mission and one number of parts. Raises ``ValueError`` where a
+    robot saw nothing to map.
     """
-    world = true_raster(mission.world, TRUE_RESOLUTION)
-    robots = []
-    for index, start_from_map in enumerate(draw_disguises(settings.seed, len(mission.robots), settings.disguise)):
-        robots.append(_make_robot(mission.robots[index], index, settings, start_from_map, world))
-        on_robot()
-    names = tuple(f"robot_{index}" for index in range(len(robots)))
+    if places is None:
+        places = true_places(mission, settings.parts, settings.clear_range)
+    sensed = [_sense(truth, index, settings) for index, truth in enumerate(mission.robots)]
+    disguises = draw_disguises(settings.seed, len(places.maps), settings.disguise)
+    made = [
+        _make_map(sensed[place.robot], place, settings, start_from_map)
+        for place, start_from_map in zip(places.maps, disguises, strict=True)
+    ]
+    names = places.names
     return Sample(
         maps=MapSet(
             names=names,
-            grids=tuple(robot.grid for robot in robots),
-            units=tuple("m" for _ in robots),
+            grids=tuple(one.grid for one in made),
+            units=tuple("m" for _ in made),
             resolutions_trusted=settings.disguise.honest,
             provenance={"source": "simulation", "world": mission.world.name},
         ),
-        logs=tuple(robot.log for robot in robots),
-        truth=RunTruth(_origins(names, robots, mission), _pair_truths(names, robots)),
-        world=world,
-        footprints=tuple(robot.footprint for robot in robots),
+        logs=tuple(one.log for one in made),
+        truth=RunTruth(_origins(places, made), _pair_truths(places, dict(zip(names, made, strict=True)))),
+        places=places,
     )
 
 
-def _make_robot(
-    truth: RobotTruth, index: int, settings: SampleSettings, start_from_map: Similarity2, world: OccupancyGrid
-) -> _RobotSample:
-    sensed = sense(truth, Noise.level(settings.noise), settings.seed, index)
-    believed = _believed(sensed, truth, settings.poses)
-    drawn = map_log(sensed.log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
-    seen = sightings(sensed.log, truth, believed, sensed.replaced)
-    return _RobotSample(
-        log=sensed.log,
+def _sense(truth: RobotTruth, index: int, settings: SampleSettings) -> Sensed:
+    return sense(truth, Noise.level(settings.noise), settings.seed, index)
+
+
+def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
+    log, truth = sensed.log.part(place.start, place.stop), place.truth
+    believed = by_odometry(log) if settings.poses == "odometry" else truth.trajectory.from_start()
+    drawn = map_log(log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
+    seen = sightings(log, truth, believed, sensed.replaced[place.start : place.stop])
+    return _MapSample(
+        log=log,
         grid=disguise(drawn, start_from_map),
         start_from_map=start_from_map,
         seen=seen,
-        footprint=footprint(world, observed(truth, world.frame, settings.clear_range)),
         truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
     )
 
 
-def _believed(sensed: Sensed, truth: RobotTruth, poses: Poses) -> Trajectory:
-    return by_odometry(sensed.log) if poses == "odometry" else truth.trajectory.from_start()
-
-
-def _origins(names: tuple[str, ...], robots: list[_RobotSample], mission: Mission) -> tuple[RobotOrigin, ...]:
+def _origins(places: TruePlaces, made: list[_MapSample]) -> tuple[RobotOrigin, ...]:
     return tuple(
-        RobotOrigin(name, truth.trajectory.pose(0), robot.start_from_map, robot.truth)
-        for name, robot, truth in zip(names, robots, mission.robots, strict=True)
+        RobotOrigin(place.name, place.truth.trajectory.pose(0), one.start_from_map, one.truth)
+        for place, one in zip(places.maps, made, strict=True)
     )
 
 
-def _pair_truths(names: tuple[str, ...], robots: list[_RobotSample]) -> dict[tuple[str, str], PairTruth]:
+def _pair_truths(places: TruePlaces, made: dict[str, _MapSample]) -> dict[tuple[str, str], PairTruth]:
     pairs = {}
-    for t, s in itertools.combinations(range(len(robots)), 2):
-        target, source = robots[t], robots[s]
-        pairs[names[t], names[s]] = pair_truth(
-            target.seen,
-            source.seen,
-            target.start_from_map,
-            source.start_from_map,
-            target.footprint,
-            source.footprint,
-        )
+    for (target, source), pair in places.pairs.items():
+        a, b = made[target], made[source]
+        pairs[target, source] = pair_truth(a.seen, b.seen, a.start_from_map, b.start_from_map, pair)
     return pairs

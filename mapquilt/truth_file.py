@@ -9,7 +9,7 @@ from typing import Any
 from mapping.identifiability import Identifiability
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from mapping.truth import MapTruth, PairTruth
+from mapping.truth import MapTruth, PairPlaces, PairTruth
 from mapquilt.json_file import read_record, similarity_from_record, similarity_record, write_record
 
 SCHEMA = "mapquilt-truth/1"
@@ -65,10 +65,10 @@ def _pair_record(target: str, source: str, pair: PairTruth) -> dict[str, Any]:
         "fitted": pair.fitted,
         "common_wall_cells": pair.common_cells,
         "residual_m": pair.residual,
-        "overlap": pair.overlap,
-        "identifiable": pair.identifiability.identifiable,
-        "true_agreement": pair.identifiability.agreement,
-        "rival_agreement": pair.identifiability.rival,
+        "overlap": pair.places.overlap,
+        "identifiable": pair.places.identifiability.identifiable,
+        "true_agreement": pair.places.identifiability.agreement,
+        "rival_agreement": pair.places.identifiability.rival,
     }
 
 
@@ -99,6 +99,5 @@ def _pair(entry: dict[str, Any]) -> PairTruth:
         entry["fitted"],
         entry["common_wall_cells"],
         entry["residual_m"],
-        entry["overlap"],
-        Identifiability(entry["true_agreement"], entry["rival_agreement"]),
+        PairPlaces(entry["overlap"], Identifiability(entry["true_agreement"], entry["rival_agreement"])),
     )

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
+from mapping.identifiability import Identifiability
 from mapping.robot_log import RobotLog, RobotTruth
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
@@ -17,6 +17,7 @@ from mapping.similarity2 import Similarity2
 from mapping.trajectory import Trajectory
 from mapping.truth import (
     LEAST_COMMON_CELLS,
+    PairPlaces,
     Sightings,
     fit_rigid,
     map_truth,
@@ -54,7 +55,7 @@ def robot(path):
 PATH_A = [(2.0, 2.0, 0.4), (3.0, 2.5, 0.9), (4.0, 4.0, 1.5)]
 PATH_B = [(8.0, 7.0, -2.0), (7.0, 6.0, -2.5), (5.0, 5.0, 3.0)]
 NOTHING = np.zeros((3, BEAMS), bool)
-BOX = OccupancyGrid(GridFrame(0.05, SE2(), (20, 20)), np.full((20, 20), -1.0, np.float32))
+PLACES = PairPlaces(0.5, Identifiability(1.0, 0.2))
 
 
 def seen_by(path, odometry=None):
@@ -90,7 +91,7 @@ def test_without_drift_the_map_lies_where_the_robot_started(start_from_map):
 @given(similarities, similarities)
 def test_without_drift_the_pair_is_the_two_maps_composed(target_start_from_map, source_start_from_map):
     (target, target_truth), (source, source_truth) = seen_by(PATH_A), seen_by(PATH_B)
-    pair = pair_truth(target, source, target_start_from_map, source_start_from_map, BOX, BOX)
+    pair = pair_truth(target, source, target_start_from_map, source_start_from_map, PLACES)
     world_from_target = Similarity2.from_se2(target_truth.trajectory.pose(0)) @ target_start_from_map
     world_from_source = Similarity2.from_se2(source_truth.trajectory.pose(0)) @ source_start_from_map
     expected = world_from_target.inverse() @ world_from_source
@@ -132,7 +133,7 @@ def test_too_few_common_cells_compose_the_pair():
     (target, _), (source, _) = seen_by(PATH_A), seen_by(PATH_B)
     few = LEAST_COMMON_CELLS - 1
     apart = Sightings(np.concatenate((source.cells[:few], source.cells[few:] + 10_000)), source.true, source.believed)
-    pair = pair_truth(target, apart, Similarity2(), Similarity2(), BOX, BOX)
+    pair = pair_truth(target, apart, Similarity2(), Similarity2(), PLACES)
     assert not pair.fitted
     assert pair.residual is None
     assert pair.common_cells <= few

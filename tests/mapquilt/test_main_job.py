@@ -132,6 +132,21 @@ def test_the_disguise_is_drawn_from_the_ranges_asked_for(merged_run, tmp_path):
         assert max(abs(map_from_start.x), abs(map_from_start.y)) <= 0.5
 
 
+def test_a_mission_cut_in_parts_gives_more_maps_of_it(merged_run, tmp_path):
+    assert command("sense", merged_run, "--parts", 2, "--noise", 0, "--out", tmp_path / "parts") == 0
+    maps, truth = run_folder.load_maps(tmp_path / "parts"), load_truth(tmp_path / "parts/truth.json")
+    assert maps.names == ("robot_0_part_0", "robot_0_part_1", "robot_1_part_0", "robot_1_part_1")
+    assert len(truth.pairs) == 6
+    first, second = (load_robot_log(tmp_path / f"parts/robot_0_part_{k}/log.npz") for k in (0, 1))
+    whole = load_mission(merged_run / "mission").robots[0]
+    stamps = [scan.stamp for log in (first, second) for scan in log.scans]
+    assert stamps == [scan.stamp for scan in whole.scans]
+    start = whole.trajectory.pose(len(first.scans))
+    assert truth.robot("robot_0_part_1").world_from_start == start
+    assert command("merge", tmp_path / "parts") in (0, 1)
+    assert command("score", tmp_path / "parts") == 0
+
+
 def test_maps_are_those_of_map_server(merged_run):
     loaded = load_map(merged_run / "robot_0/map.yaml")
     assert loaded.grid.frame.resolution == 0.05

@@ -1,0 +1,75 @@
+"""What the maps of a mission truly show, whatever the noise: found once for all samples of the mission."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from mapping.grid import OccupancyGrid
+from mapping.robot_log import RobotTruth
+from mapping.truth import TRUE_RESOLUTION, PairPlaces, footprint, observed
+from sim.mission import Mission
+from worlds.raster import true_raster
+
+MOST_PARTS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class TrueMap:
+    """One map to be: scans ``start`` to ``stop - 1`` of one robot, what truly happened then, and the true raster of
+    what could be seen."""
+
+    name: str
+    robot: int
+    start: int
+    stop: int
+    truth: RobotTruth
+    footprint: OccupancyGrid
+
+
+@dataclass(frozen=True, eq=False)
+class TruePlaces:
+    """The world's true raster, the maps to be, and for each pair (target before source) how their places relate."""
+
+    world: OccupancyGrid
+    maps: tuple[TrueMap, ...]
+    pairs: dict[tuple[str, str], PairPlaces]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(one.name for one in self.maps)
+
+
+def check_parts(parts: int) -> None:
+    """Raise ``ValueError`` naming the value where a mission cannot be cut into so many parts."""
+    if not 1 <= parts <= MOST_PARTS:
+        raise ValueError(f"parts is {parts}, must lie between 1 and {MOST_PARTS}")
+
+
+def true_places(mission: Mission, parts: int = 1, clear_range: float = 0.0) -> TruePlaces:
+    """Cut each robot's mission in time into equal parts, and find what each part could have seen.
+
+    Raises ``ValueError`` where the mission has fewer scans than parts.
+    """
+    check_parts(parts)
+    world = true_raster(mission.world, TRUE_RESOLUTION)
+    maps = tuple(
+        _true_map(world, truth, robot, part, parts, clear_range)
+        for robot, truth in enumerate(mission.robots)
+        for part in range(parts)
+    )
+    pairs = {(a.name, b.name): PairPlaces.of(a.footprint, b.footprint) for a, b in itertools.combinations(maps, 2)}
+    return TruePlaces(world, maps, pairs)
+
+
+def _true_map(
+    world: OccupancyGrid, truth: RobotTruth, robot: int, part: int, parts: int, clear_range: float
+) -> TrueMap:
+    scans = len(truth.scans)
+    if scans < parts:
+        raise ValueError(f"parts is {parts}, but robot_{robot} has only {scans} scans")
+    start, stop = scans * part // parts, scans * (part + 1) // parts
+    name = f"robot_{robot}" if parts == 1 else f"robot_{robot}_part_{part}"
+    cut = truth.part(start, stop)
+    seen = footprint(world, observed(cut, world.frame, clear_range))
+    return TrueMap(name, robot, start, stop, cut, seen)
