@@ -1,21 +1,15 @@
-"""What stands in the rooms: desks, tables, cabinets, shelves and pillars that never close a door."""
+"""What stands in an office: desks, tables, cabinets, shelves and pillars."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import ndimage
 
-from worlds.floor_plan import Door, FloorPlan, Room
-from worlds.polygon import Polygon, box, contains, disc, distances, edges, turned_box
+from worlds.admission import admitted
+from worlds.floor_plan import FloorPlan, Room
+from worlds.polygon import Polygon, box, disc, turned_box
 
-PASSAGE = 0.65
-"""Between any two things that do not touch there is at least this much room [m]."""
-DOOR_FREE = 0.75
-"""Nothing stands nearer than this to the edge of a door [m]."""
 SUNK = 0.01
 """Furniture against a wall reaches this far into it [m], so that no ray finds a gap."""
 
@@ -37,9 +31,10 @@ def furnish(rng: np.random.Generator, plan: FloorPlan) -> tuple[Polygon, ...]:
     in_halls: list[Polygon] = []
     for room in plan.rooms:
         if room.kind == "room":
-            in_rooms += _admitted(_room_pieces(rng, room, alike[int(rng.random() < 0.3)]), room, plan, [])
+            pieces = _room_pieces(rng, room, alike[int(rng.random() < 0.3)])
+            in_rooms += admitted([[(piece,)] for piece in pieces], room, plan)
         else:
-            in_halls += _admitted(_corridor_pieces(rng, room), room, plan, in_halls)
+            in_halls += admitted([[(piece,)] for piece in corridor_pieces(rng, room)], room, plan, in_halls)
     return (*in_halls, *in_rooms)
 
 
@@ -71,8 +66,8 @@ def _room_pieces(rng: np.random.Generator, room: Room, fittings: tuple[Fitting, 
     return pieces
 
 
-def _corridor_pieces(rng: np.random.Generator, hall: Room) -> list[Polygon]:
-    """Cabinets and machines along the sides of a corridor or cross corridor, about one every six metres."""
+def corridor_pieces(rng: np.random.Generator, hall: Room) -> list[Polygon]:
+    """Cabinets and machines along the sides of a corridor, along x, or cross corridor, about one every six metres."""
     along_x = hall.kind == "corridor"
     count = int(max(hall.width, hall.depth) / 6.0) + 1
     pieces = []
@@ -103,64 +98,3 @@ def _placed(fitting: Fitting, room: Room) -> Polygon:
     y = room.y0 + share * (room.depth - fitting.long)
     x = room.x0 - SUNK if fitting.wall == "left" else room.x1 + SUNK - fitting.deep
     return box(x, y, x + fitting.deep, y + fitting.long)
-
-
-def _admitted(wanted: Iterable[Polygon], room: Room, plan: FloorPlan, standing: list[Polygon]) -> list[Polygon]:
-    """The wanted pieces that fit: clear of doors, no slits between things, and the floor stays in one piece."""
-    walls = [wall for wall in plan.walls if _is_near(wall, room)]
-    doors = [door for door in plan.doors if _is_near(np.array([(door.x, door.y)]), room)]
-    points = _floor_points(room)
-    floor = np.logical_and.reduce([_leaves_free(wall, points) for wall in walls])
-    kept: list[Polygon] = []
-    for piece in wanted:
-        from_walls = [_gap(piece, wall) for wall in walls]
-        from_pieces = [_gap(piece, other) for other in (*standing, *kept)]
-        if min(from_pieces, default=PASSAGE) < PASSAGE or any(0.0 < gap < PASSAGE for gap in from_walls):
-            continue
-        left = floor & _leaves_free(piece, points)
-        if _keeps_doors(piece, doors) and _is_one_piece(left):
-            kept.append(piece)
-            floor = left
-    return kept
-
-
-def _is_near(points: Polygon, room: Room) -> bool:
-    low, high = points.min(axis=0), points.max(axis=0)
-    return bool(
-        low[0] < room.x1 + 1.0 and high[0] > room.x0 - 1.0 and low[1] < room.y1 + 1.0 and high[1] > room.y0 - 1.0
-    )
-
-
-def _gap(one: Polygon, other: Polygon) -> float:
-    """Between two convex polygons [m], 0 where a corner of one lies in the other; a lower bound where far apart."""
-    beside = max((other.min(axis=0) - one.max(axis=0)).max(), (one.min(axis=0) - other.max(axis=0)).max())
-    if beside >= PASSAGE:
-        return float(beside)
-    if contains(other, one).any() or contains(one, other).any():
-        return 0.0
-    return float(min(distances(edges(one), other).min(), distances(edges(other), one).min()))
-
-
-def _keeps_doors(piece: Polygon, doors: list[Door]) -> bool:
-    centres = np.array([(door.x, door.y) for door in doors]).reshape(-1, 2)
-    reach = np.array([door.width / 2.0 + DOOR_FREE for door in doors])
-    return not doors or bool((distances(edges(piece), centres) >= reach).all())
-
-
-def _floor_points(room: Room, step: float = 0.1) -> NDArray[np.float64]:
-    """Points [m] on the floor of the room, (rows, cols, 2)."""
-    x, y = np.arange(room.x0, room.x1, step), np.arange(room.y0, room.y1, step)
-    return np.stack(np.meshgrid(x, y), axis=-1)
-
-
-def _leaves_free(solid: Polygon, points: NDArray[np.float64], radius: float = 0.25) -> NDArray[np.bool_]:
-    """At which of the points, (rows, cols, 2), a robot of that radius [m] stands clear of the solid."""
-    free = np.ones(points.shape[:2], dtype=np.bool_)
-    low, high = solid.min(axis=0) - radius, solid.max(axis=0) + radius
-    near = ((points >= low) & (points <= high)).all(axis=2)
-    free[near] = (distances(edges(solid), points[near]) >= radius) & ~contains(solid, points[near])
-    return free
-
-
-def _is_one_piece(floor: NDArray[np.bool_]) -> bool:
-    return bool(ndimage.label(floor, structure=np.ones((3, 3)))[1] == 1)

@@ -68,17 +68,17 @@ def lay_out(rng: np.random.Generator, length: float, depth: float) -> FloorPlan:
     door_shares = {size: rng.uniform(0.1, 0.9) for size in (1, 2)}
     rooms = list(halls)
     doors: list[Door] = []
-    walls = _outer_walls(length, depth)
+    walls = outer_walls(length, depth)
     for index, (y0, y1) in enumerate(bands):
         inner = 0 < index < corridors
-        row = _rooms_of_band(rng, length, y0, y1, module, inner, door_below=index > 0)
-        row_doors = [_door(rng, room, module, door_shares) for room in row if room.kind == "room"]
+        row = rooms_of_band(rng, length, y0, y1, module, inner, door_below=index > 0)
+        row_doors = [corridor_door(rng, room, module, door_shares) for room in row if room.kind == "room"]
         if index > 0:
-            walls += _wall_along_x(length, y0 - WALL, row, [d for d in row_doors if d.y < y0])
+            walls += wall_along_x(length, y0 - WALL, row, [d for d in row_doors if d.y < y0])
         if index < corridors:
-            walls += _wall_along_x(length, y1, row, [d for d in row_doors if d.y > y1])
+            walls += wall_along_x(length, y1, row, [d for d in row_doors if d.y > y1])
         links = _links(rng, row)
-        walls += _dividers(row, links)
+        walls += dividers(row, links)
         rooms += row
         doors += row_doors + links
     return FloorPlan(length, depth, tuple(rooms), tuple(doors), tuple(walls))
@@ -100,10 +100,10 @@ def _split_depth(
     return bands, halls
 
 
-def _rooms_of_band(
+def rooms_of_band(
     rng: np.random.Generator, length: float, y0: float, y1: float, module: float, inner: bool, door_below: bool
 ) -> list[Room]:
-    """Cut a band into rooms of one or two modules; an inner band gets a cross corridor between two of them."""
+    """Cut a band, y0 to y1 [m], into rooms of one or two modules; an inner one gets a cross corridor between two."""
     widths: list[float] = []
     kinds: list[str] = []
     cross = rng.uniform(1.8, 2.4) if inner else 0.0
@@ -129,7 +129,8 @@ def _rooms_of_band(
     return rooms
 
 
-def _door(rng: np.random.Generator, room: Room, module: float, shares: dict[int, float]) -> Door:
+def corridor_door(rng: np.random.Generator, room: Room, module: float, shares: dict[int, float]) -> Door:
+    """The door of a room to its corridor: at the share of its width that like rooms have, or in 3 of 10 elsewhere."""
     share = shares[2 if room.width > 1.5 * module else 1] if rng.random() < 0.7 else rng.uniform(0.1, 0.9)
     width = rng.uniform(0.95, 1.2)
     margin = 0.25 + width / 2.0
@@ -147,7 +148,8 @@ def _links(rng: np.random.Generator, row: list[Room]) -> list[Door]:
     return links
 
 
-def _outer_walls(length: float, depth: float) -> list[Polygon]:
+def outer_walls(length: float, depth: float) -> list[Polygon]:
+    """The four walls about a building of ``length`` x ``depth`` [m]."""
     return [
         box(0.0, 0.0, length, WALL),
         box(0.0, depth - WALL, length, depth),
@@ -156,21 +158,23 @@ def _outer_walls(length: float, depth: float) -> list[Polygon]:
     ]
 
 
-def _wall_along_x(length: float, y: float, row: list[Room], doors: list[Door]) -> list[Polygon]:
+def wall_along_x(length: float, y: float, row: list[Room], doors: list[Door]) -> list[Polygon]:
     """The wall between a band and a corridor, open at doors and at the mouths of cross corridors."""
     gaps = [(door.x - door.width / 2.0, door.x + door.width / 2.0) for door in doors]
     gaps += [(room.x0, room.x1) for room in row if room.kind == "cross"]
-    return [box(a, y, b, y + WALL) for a, b in _between(0.0, length, gaps)]
+    return [box(a, y, b, y + WALL) for a, b in between(0.0, length, gaps)]
 
 
-def _dividers(row: list[Room], links: list[Door]) -> list[Polygon]:
+def dividers(row: list[Room], links: list[Door]) -> list[Polygon]:
+    """The walls along y between the rooms of a row, open at the links."""
     walls = []
     for room in row[:-1]:
         gaps = [(d.y - d.width / 2.0, d.y + d.width / 2.0) for d in links if abs(d.x - room.x1) < WALL]
-        walls += [box(room.x1, a, room.x1 + WALL, b) for a, b in _between(room.y0 - WALL, room.y1 + WALL, gaps)]
+        walls += [box(room.x1, a, room.x1 + WALL, b) for a, b in between(room.y0 - WALL, room.y1 + WALL, gaps)]
     return walls
 
 
-def _between(start: float, end: float, gaps: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def between(start: float, end: float, gaps: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What gaps leave of the stretch from start to end."""
     borders = [start, *(border for gap in sorted(gaps) for border in gap), end]
     return [(a, b) for a, b in zip(borders[::2], borders[1::2], strict=True) if b > a]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,15 +30,18 @@ def true_raster(world: World, resolution: float = 0.05) -> OccupancyGrid:
         raise ValueError(f"true_raster: resolution is {resolution}, must be positive and finite")
     width, height = world.size
     shape = (math.ceil(height / resolution - SNAP_CELLS), math.ceil(width / resolution - SNAP_CELLS))
-    solid = np.zeros(shape, dtype=np.bool_)
-    for polygon in world.obstacles:
-        corners = _snapped(polygon / resolution)
-        _mark_inside(solid, corners)
-        for start, end in edges(corners):
-            _mark_crossed(solid, start, end)
+    solid = touched_cells(world.obstacles, resolution, shape)
     return OccupancyGrid.from_occupancy(
         GridFrame(resolution, SE2.identity(), shape), np.where(solid, OCCUPIED, FREE).astype(np.int8)
     )
+
+
+def touched_cells(polygons: Sequence[Polygon], resolution: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """The cells of ``resolution`` [m/cell] from the origin, (rows, cols), of which any of the polygons fills a part."""
+    if not polygons:
+        return np.zeros(shape, dtype=np.bool_)
+    sides = np.concatenate([edges(_snapped(polygon / resolution)) for polygon in polygons])
+    return _crossed(sides, shape) | _inside(sides, shape)
 
 
 def _snapped(cells: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -45,34 +49,45 @@ def _snapped(cells: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.abs(cells - nearest) < SNAP_CELLS, nearest, cells)
 
 
-def _mark_crossed(solid: NDArray[np.bool_], start: NDArray[np.float64], end: NDArray[np.float64]) -> None:
-    """Mark the cells whose inside the segment passes: column by column, the rows between its entry and exit."""
-    (x0, y0), (x1, y1) = (start, end) if start[0] <= end[0] else (end, start)
-    first, stop = math.floor(x0 + SNAP_CELLS), math.ceil(x1 - SNAP_CELLS)
-    columns = np.arange(max(first, 0), min(stop, solid.shape[1]))
-    if columns.size == 0:
-        return
-    slope = (y1 - y0) / (x1 - x0) if x1 > x0 else 0.0
-    entry = np.where(columns <= x0, y0, y0 + slope * (columns - x0))
-    leave = np.where(columns + 1 >= x1, y1, y0 + slope * (columns + 1 - x0))
-    low = np.floor(np.minimum(entry, leave) + SNAP_CELLS).astype(np.int64)
-    high = np.ceil(np.maximum(entry, leave) - SNAP_CELLS).astype(np.int64)
-    for column, row0, row1 in zip(columns, low, high, strict=True):
-        solid[max(row0, 0) : max(row1, 0), column] = True
+def _crossed(sides: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """The cells whose inside a side, (M, 2, 2) in cells, passes: column by column, the rows from its entry to exit."""
+    forward = sides[:, 0, 0] <= sides[:, 1, 0]
+    x0, y0 = np.where(forward[:, None], sides[:, 0], sides[:, 1]).T
+    x1, y1 = np.where(forward[:, None], sides[:, 1], sides[:, 0]).T
+    first = np.maximum(np.floor(x0 + SNAP_CELLS).astype(np.int64), 0)
+    stop = np.minimum(np.ceil(x1 - SNAP_CELLS).astype(np.int64), shape[1])
+    side, column = _ranges(first, stop)
+    slope = np.divide(y1 - y0, x1 - x0, out=np.zeros(len(sides)), where=x1 > x0)[side]
+    x0, y0, x1, y1 = (values[side] for values in (x0, y0, x1, y1))
+    entry = np.where(column <= x0, y0, y0 + slope * (column - x0))
+    leave = np.where(column + 1 >= x1, y1, y0 + slope * (column + 1 - x0))
+    low = np.clip(np.floor(np.minimum(entry, leave) + SNAP_CELLS).astype(np.int64), 0, shape[0])
+    high = np.clip(np.ceil(np.maximum(entry, leave) - SNAP_CELLS).astype(np.int64), 0, shape[0])
+    some = low < high
+    counts = np.zeros((shape[0] + 1, shape[1]), dtype=np.int32)
+    np.add.at(counts, (low[some], column[some]), 1)
+    np.add.at(counts, (high[some], column[some]), -1)
+    return np.asarray(np.cumsum(counts, axis=0)[:-1] > 0)
 
 
-def _mark_inside(solid: NDArray[np.bool_], corners: Polygon) -> None:
-    """Mark the cells whose centre lies inside, row by row: each side flips what lies right of where it crosses."""
-    low = np.clip(np.floor(corners.min(axis=0)), 0, solid.shape[::-1]).astype(np.int64)
-    high = np.clip(np.ceil(corners.max(axis=0)), 0, solid.shape[::-1]).astype(np.int64)
-    flips = np.zeros((high[1] - low[1], high[0] - low[0] + 1), dtype=np.int64)
-    for (x0, y0), (x1, y1) in edges(corners):
-        bottom, top = sorted((y0, y1))
-        rows = np.arange(max(math.ceil(bottom - 0.5), low[1]), min(math.ceil(top - 0.5), high[1]))
-        if rows.size == 0:
-            continue
-        crossing_x = x0 + (rows + 0.5 - y0) * (x1 - x0) / (y1 - y0)
-        columns = np.clip(np.ceil(crossing_x - 0.5), low[0], high[0]).astype(np.int64)
-        flips[rows - low[1], columns - low[0]] += 1
-    inside = np.cumsum(flips, axis=1)[:, :-1] % 2 == 1
-    solid[low[1] : high[1], low[0] : high[0]] |= inside
+def _inside(sides: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """The cells whose centre lies inside: along +x, a side that runs down enters its polygon, one running up leaves."""
+    (x0, y0), (x1, y1) = sides.transpose(1, 2, 0)
+    bottom, top = np.minimum(y0, y1), np.maximum(y0, y1)
+    first = np.maximum(np.ceil(bottom - 0.5).astype(np.int64), 0)
+    stop = np.minimum(np.ceil(top - 0.5).astype(np.int64), shape[0])
+    side, row = _ranges(first, stop)
+    x0, y0, x1, y1 = (values[side] for values in (x0, y0, x1, y1))
+    crossing_x = x0 + (row + 0.5 - y0) * (x1 - x0) / (y1 - y0)
+    column = np.clip(np.ceil(crossing_x - 0.5).astype(np.int64), 0, shape[1])
+    depth = np.zeros((shape[0], shape[1] + 1), dtype=np.int32)
+    np.add.at(depth, (row, column), np.where(y0 > y1, 1, -1))
+    return np.asarray(np.cumsum(depth, axis=1)[:, :-1] > 0)
+
+
+def _ranges(first: NDArray[np.int64], stop: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """For each i the numbers from ``first[i]`` to before ``stop[i]``, one after the other: which i, and the number."""
+    count = np.maximum(stop - first, 0)
+    which = np.repeat(np.arange(len(first)), count)
+    number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[which]
+    return which, number

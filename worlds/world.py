@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mapping.arrays import frozen_array
+from mapping.se2 import SE2
 from worlds.polygon import Polygon, contains, distances, edges, is_simple, signed_area
 
 
@@ -20,6 +21,10 @@ class World:
     closed and simple; outer walls are obstacles like all others, and obstacles may overlap. ``seed`` is what the
     world of that ``name`` was drawn from.
 
+    ``starts`` are world_from_base of robots that may begin here, if the world brings its own; two of them may be
+    alternatives of one place. Robots stay inside the ``fence``, a polygon like the obstacles, which no lidar sees.
+    ``parts`` is how many parts the free floor falls into on purpose, between which no robot can drive.
+
     Raises ``ValueError`` where a size is not positive, or a polygon is clockwise, crosses itself, has fewer than
     three corners or leaves the rectangle.
     """
@@ -28,10 +33,14 @@ class World:
     seed: int
     size: tuple[float, float]
     obstacles: tuple[Polygon, ...]
+    starts: tuple[SE2, ...] = ()
+    fence: Polygon | None = None
+    parts: int = 1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", (float(self.size[0]), float(self.size[1])))
         object.__setattr__(self, "obstacles", tuple(frozen_array(each, np.float64) for each in self.obstacles))
+        object.__setattr__(self, "starts", tuple(self.starts))
         for name, value in zip(("width", "height"), self.size, strict=True):
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"World: {name} is {value}, must be positive and finite")
@@ -39,18 +48,29 @@ class World:
             fault = _fault(polygon, self.size)
             if fault:
                 raise ValueError(f"World {self.name!r}: obstacle {index} {fault}")
+        if self.fence is not None:
+            object.__setattr__(self, "fence", frozen_array(self.fence, np.float64))
+            fault = _fault(self.fence, self.size)
+            if fault:
+                raise ValueError(f"World {self.name!r}: fence {fault}")
+        if self.parts < 1:
+            raise ValueError(f"World {self.name!r}: parts is {self.parts}, must be at least 1")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, World):
             return NotImplemented
-        mine, theirs = (self.name, self.seed, self.size), (other.name, other.seed, other.size)
-        return (
-            mine == theirs
-            and len(self.obstacles) == len(other.obstacles)
-            and all(np.array_equal(a, b) for a, b in zip(self.obstacles, other.obstacles, strict=True))
+        mine, theirs = (
+            (each.name, each.seed, each.size, each.starts, each.parts, each.fence is None, len(each.obstacles))
+            for each in (self, other)
+        )
+        return mine == theirs and all(
+            np.array_equal(a, b) for a, b in zip(self._polygons(), other._polygons(), strict=True)
         )
 
     __hash__ = None  # type: ignore[assignment]
+
+    def _polygons(self) -> tuple[Polygon, ...]:
+        return self.obstacles if self.fence is None else (*self.obstacles, self.fence)
 
     def segments(self) -> NDArray[np.float64]:
         """The sides of all obstacles [m], (M, 2, 2)."""
@@ -59,15 +79,29 @@ class World:
         return np.concatenate([edges(polygon) for polygon in self.obstacles])
 
     def clearance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """From each point, (N, 2), to the nearest solid [m]: (N,); 0 inside one, +inf in a world without any."""
+        """From each point, (N, 2), to the nearest solid or the fence [m]: (N,); 0 inside a solid and outside the
+        fence, +inf in a world without either."""
         rows = np.asarray(points, dtype=np.float64)
-        if not self.obstacles:
-            return np.full(len(rows), math.inf)
-        gap = distances(self.segments(), rows)
-        for polygon in self.obstacles:
-            within = ((rows >= polygon.min(axis=0)) & (rows <= polygon.max(axis=0))).all(axis=1)
-            gap[np.flatnonzero(within)[contains(polygon, rows[within])]] = 0.0
+        gap = np.full(len(rows), math.inf)
+        for sides in (self.segments(), *([] if self.fence is None else [edges(self.fence)])):
+            if len(sides):
+                gap = np.minimum(gap, distances(sides, rows))
+        gap[self._in_solid(rows)] = 0.0
+        if self.fence is not None:
+            gap[~contains(self.fence, rows)] = 0.0
         return gap
+
+    def _in_solid(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        within = np.zeros(len(points), dtype=np.bool_)
+        if not self.obstacles:
+            return within
+        first = np.cumsum([0, *(len(polygon) for polygon in self.obstacles[:-1])])
+        corners = np.concatenate(self.obstacles)
+        low, high = np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
+        for index, point in enumerate(points):
+            near = np.flatnonzero(((low <= point) & (point <= high)).all(axis=1))
+            within[index] = any(contains(self.obstacles[each], point[None])[0] for each in near)
+        return within
 
 
 def _fault(polygon: Polygon, size: tuple[float, float]) -> str | None:
