@@ -17,7 +17,8 @@ class Lidar:
     """Beam ``k`` of ``beams`` looks along ``angle_min + k * angle_increment`` [rad] in the lidar's frame.
 
     ``range_min`` and ``range_max`` in metres, ``rate`` in sweeps per second (a sweep is instantaneous),
-    ``base_from_lidar`` the mounting pose on the robot.
+    ``base_from_lidar`` the mounting pose on the robot. ``model`` names the preset whose noise it has
+    (:mod:`sim.lidar_presets`).
 
     Raises ``ValueError`` naming the field and its value.
     """
@@ -29,6 +30,7 @@ class Lidar:
     range_max: float = 12.0
     rate: float = 10.0
     base_from_lidar: SE2 = field(default_factory=SE2)
+    model: str = "default"
 
     def __post_init__(self) -> None:
         if self.beams < 1:
