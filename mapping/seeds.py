@@ -24,6 +24,10 @@ class Role(IntEnum):
     ODOMETRY_BIAS = 11
     POLICY = 12
     TEAM_SCALE = 13
+    DATASET_WORLD = 14
+    DATASET_SAMPLE = 15
+    DATASET_ORDER = 16
+    DATASET_NEGATIVES = 17
 
 
 def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
@@ -36,3 +40,8 @@ def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
     if index < 0:
         raise ValueError(f"index is {index}, must not be negative")
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index, int(role))))
+
+
+def derived_seed(seed: int, role: Role, index: int = 0) -> int:
+    """A seed of its own for a part of something larger, below 2^31. Raises ``ValueError`` as :func:`stream` does."""
+    return int(stream(seed, role, index).integers(2**31))

@@ -74,6 +74,18 @@ def require_run(folder: Path) -> Path:
     return folder
 
 
+def mission_folder(folder: Path) -> Path:
+    """Where a run's clean mission lies: inside it, or beside, where the samples of a data set share one.
+
+    Raises ``ValueError`` naming the folder where it is missing.
+    """
+    record = read_record(require_run(folder) / RUN_FILE, "run")
+    mission = folder / record["mission"]
+    if not mission.is_dir():
+        raise ValueError(f"{mission}: no such folder; the mission of {folder} is missing")
+    return mission
+
+
 def load_maps(folder: Path) -> MapSet:
     """The map set of a run, from its map files alone.
 

@@ -43,7 +43,7 @@ def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
     for name in maps.names:
         if not _NAME.fullmatch(name):
             raise ValueError(f"{run / run_folder.MAPS_FILE}: name is {name!r}, must be letters, digits and underscores")
-    mission_folder = run / run_folder.MISSION_FOLDER
+    mission_folder = run_folder.mission_folder(run)
     mission = load_mission(mission_folder)
     if len(mission.robots) != len(maps):
         raise ValueError(f"{mission_folder}: holds {len(mission.robots)} robots, but the run has {len(maps)} maps")

@@ -5,29 +5,24 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from mapping.map_file import load_map, save_map
 from mapping.map_set import MapSet
-from mapping.robot_log_file import save_robot_log
 from mapquilt import run_folder
 from mapquilt.json_file import read_record, write_record
 from mapquilt.merge_file import load_answer, merge_record
 from mapquilt.overview import draw_merge, draw_overview
 from mapquilt.run_score import RunScore, save_score, score_answer
+from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, SampleSettings, make_sample
-from mapquilt.truth_file import load_truth, save_truth
+from mapquilt.truth_file import load_truth
 from merge.merger import Progress, merge_maps
 from merge.result import MergeResult
 from merge.settings import MergeSettings
 from sim.mission import Mission, MissionSettings, simulate
 from sim.mission_file import load_mission, save_mission
 from worlds.families import make_world
-
-RUN_SCHEMA = "mapquilt-run/1"
-MAPS_SCHEMA = "mapquilt-maps/1"
 
 SimulationProgress = Callable[[float], None]
 
@@ -51,7 +46,7 @@ def simulate_run(
 def sense_run(run: Path, out: Path, settings: SampleSettings) -> Mission:
     """Make another run of a stored mission, without the simulator."""
     run_folder.refuse_foreign(out)
-    mission = load_mission(run_folder.require_run(run) / run_folder.MISSION_FOLDER)
+    mission = load_mission(run_folder.mission_folder(run))
     write_run(out, mission, settings, {})
     return mission
 
@@ -63,61 +58,12 @@ def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: di
     sampled = time.perf_counter() - start
     with run_folder.new_run(out) as folder:
         save_mission(mission, folder / run_folder.MISSION_FOLDER)
-        write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings))
-        _write_maps(folder, sample)
-        save_truth(folder / run_folder.TRUTH_FILE, sample.truth)
-        _write_true_rasters(folder / run_folder.TRUTH_FOLDER, sample)
+        fill_run(folder, mission, settings, sample)
         for stage, seconds in timings.items():
             run_folder.add_timings(folder, stage, seconds)
         written = time.perf_counter() - start - sampled
         run_folder.add_timings(folder, "sense", {"sense_and_map": sampled, "write": written})
     return sample
-
-
-def _run_record(mission: Mission, settings: SampleSettings) -> dict[str, Any]:
-    return {
-        "schema": RUN_SCHEMA,
-        "generator": f"mapquilt {version('mapquilt')}",
-        "world": mission.world.name,
-        "seed": mission.seed,
-        "robots": len(mission.robots),
-        "duration_s": mission.settings.duration,
-        "sample_seed": settings.seed,
-        "noise": settings.noise,
-        "poses": settings.poses,
-        "disguise": {
-            "scale": [settings.disguise.scale_low, settings.disguise.scale_high],
-            "max_yaw": settings.disguise.max_yaw,
-            "max_offset": settings.disguise.max_offset,
-        },
-        "resolution_m": settings.resolution,
-        "sensor_model": settings.model,
-        "clear_range_m": settings.clear_range,
-        "parts": settings.parts,
-    }
-
-
-def _write_maps(folder: Path, sample: Sample) -> None:
-    entries = []
-    for name, grid, log in zip(sample.maps.names, sample.maps.grids, sample.logs, strict=True):
-        (folder / name).mkdir()
-        save_map(grid, folder / name / "map")
-        save_robot_log(folder / name / run_folder.LOG_FILE, log)
-        entries.append({"name": name, "file": f"{name}/map.yaml"})
-    record = {
-        "schema": MAPS_SCHEMA,
-        "resolutions_trusted": sample.maps.resolutions_trusted,
-        "provenance": dict(sample.maps.provenance),
-        "maps": entries,
-    }
-    write_record(folder / run_folder.MAPS_FILE, "maps", record)
-
-
-def _write_true_rasters(folder: Path, sample: Sample) -> None:
-    folder.mkdir()
-    save_map(sample.places.world, folder / "world", picture="png")
-    for place in sample.places.maps:
-        save_map(place.footprint, folder / place.name, picture="png")
 
 
 def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:
@@ -155,7 +101,7 @@ def score_run(run: Path) -> RunScore:
     scored = time.perf_counter() - start
     draw_overview(
         run / run_folder.OVERVIEW_PICTURE,
-        load_mission(run / run_folder.MISSION_FOLDER),
+        load_mission(run_folder.mission_folder(run)),
         maps,
         truth,
         load_map(run / f"{run_folder.MERGED_NAME}.yaml").grid,

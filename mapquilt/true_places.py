@@ -46,6 +46,15 @@ def check_parts(parts: int) -> None:
         raise ValueError(f"parts is {parts}, must lie between 1 and {MOST_PARTS}")
 
 
+def map_names(robots: int, parts: int) -> tuple[str, ...]:
+    """What the maps of a team are called: by robot, and by part where there is more than one."""
+    return tuple(
+        f"robot_{robot}" if parts == 1 else f"robot_{robot}_part_{part}"
+        for robot in range(robots)
+        for part in range(parts)
+    )
+
+
 def true_places(mission: Mission, parts: int = 1, clear_range: float = 0.0) -> TruePlaces:
     """Cut each robot's mission in time into equal parts, and find what each part could have seen.
 
@@ -53,23 +62,23 @@ def true_places(mission: Mission, parts: int = 1, clear_range: float = 0.0) -> T
     """
     check_parts(parts)
     world = true_raster(mission.world, TRUE_RESOLUTION)
+    places = itertools.product(range(len(mission.robots)), range(parts))
+    names = map_names(len(mission.robots), parts)
     maps = tuple(
-        _true_map(world, truth, robot, part, parts, clear_range)
-        for robot, truth in enumerate(mission.robots)
-        for part in range(parts)
+        _true_map(name, world, robot, mission.robots[robot], (part, parts), clear_range)
+        for name, (robot, part) in zip(names, places, strict=True)
     )
     pairs = {(a.name, b.name): PairPlaces.of(a.footprint, b.footprint) for a, b in itertools.combinations(maps, 2)}
     return TruePlaces(world, maps, pairs)
 
 
 def _true_map(
-    world: OccupancyGrid, truth: RobotTruth, robot: int, part: int, parts: int, clear_range: float
+    name: str, world: OccupancyGrid, robot: int, truth: RobotTruth, cut_at: tuple[int, int], clear_range: float
 ) -> TrueMap:
-    scans = len(truth.scans)
+    (part, parts), scans = cut_at, len(truth.scans)
     if scans < parts:
         raise ValueError(f"parts is {parts}, but robot_{robot} has only {scans} scans")
     start, stop = scans * part // parts, scans * (part + 1) // parts
-    name = f"robot_{robot}" if parts == 1 else f"robot_{robot}_part_{part}"
     cut = truth.part(start, stop)
     seen = footprint(world, observed(cut, world.frame, clear_range))
     return TrueMap(name, robot, start, stop, cut, seen)

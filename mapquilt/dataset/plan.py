@@ -1,0 +1,133 @@
+"""What is to be made, known in full before anything is: missions, samples, negatives, and the seed of each."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping.disguise import DisguiseRanges
+from mapping.seeds import Role, derived_seed, stream
+from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
+from mapquilt.sample import SampleSettings
+from mapquilt.true_places import map_names
+
+
+@dataclass(frozen=True)
+class SamplePlan:
+    """One sample: its number in the data set, its name, and how it is sensed."""
+
+    index: int
+    settings: SampleSettings
+
+    @property
+    def name(self) -> str:
+        return f"{self.index:06d}"
+
+
+@dataclass(frozen=True)
+class MissionPlan:
+    """One mission, the world that it is in, the split that this world is in, and the samples made of it."""
+
+    index: int
+    missions: MissionsSpec
+    seed: int
+    split: str
+    samples: tuple[SamplePlan, ...]
+
+    @property
+    def name(self) -> str:
+        return f"{self.index:05d}"
+
+
+@dataclass(frozen=True)
+class NegativePlan:
+    """Two maps of two worlds, each by sample and map name: a pair that must be refused."""
+
+    target: tuple[str, str]
+    source: tuple[str, str]
+    split: str
+
+
+@dataclass(frozen=True)
+class DatasetPlan:
+    missions: tuple[MissionPlan, ...]
+    negatives: tuple[NegativePlan, ...]
+
+    @property
+    def samples(self) -> int:
+        return sum(len(mission.samples) for mission in self.missions)
+
+
+def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
+    """Everything that the specification asks for. Each seed is a function of the root seed and the item's own number."""
+    combinations = _combinations(spec.samples, spec.seed)
+    missions: list[MissionPlan] = []
+    for family in spec.missions:
+        splits = _splits(spec, family.count)
+        for number in range(family.count):
+            index = len(missions)
+            first = index * spec.samples.per_mission
+            samples = tuple(
+                SamplePlan(k, _settings(combinations[k % len(combinations)], spec.seed, k))
+                for k in range(first, first + spec.samples.per_mission)
+            )
+            seed = derived_seed(spec.seed, Role.DATASET_WORLD, index)
+            missions.append(MissionPlan(index, family, seed, splits[number], samples))
+    return DatasetPlan(tuple(missions), _negatives(spec, missions))
+
+
+def _combinations(samples: SamplesSpec, seed: int) -> list[tuple[object, ...]]:
+    """Every combination of the values once, in a shuffled order, so that a few samples do not share one value."""
+    every = list(
+        itertools.product(
+            samples.noise, samples.poses, samples.scale, samples.parts, samples.resolution, samples.sensor_model
+        )
+    )
+    return [every[k] for k in stream(seed, Role.DATASET_ORDER).permutation(len(every))]
+
+
+def _settings(combination: tuple[object, ...], seed: int, index: int) -> SampleSettings:
+    noise, poses, scale, parts, resolution, model = combination
+    return SampleSettings(
+        noise=noise,  # type: ignore[arg-type]
+        poses=poses,  # type: ignore[arg-type]
+        disguise=DisguiseRanges(*scale),  # type: ignore[misc]
+        parts=parts,  # type: ignore[arg-type]
+        resolution=resolution,  # type: ignore[arg-type]
+        model=model,  # type: ignore[arg-type]
+        seed=derived_seed(seed, Role.DATASET_SAMPLE, index),
+    )
+
+
+def _splits(spec: DatasetSpec, count: int) -> list[str]:
+    """The split of each of a family's missions: shares by largest remainder, spread evenly over the numbers."""
+    total = sum(spec.splits.values())
+    order = []
+    for name, share in spec.splits.items():
+        wanted = count * share / total
+        order += [((k + 0.5) / max(wanted, 1e-9), name) for k in range(int(np.ceil(wanted)))]
+    return [name for _, name in sorted(order, key=lambda one: one[0])[:count]]
+
+
+def _negatives(spec: DatasetSpec, missions: list[MissionPlan]) -> tuple[NegativePlan, ...]:
+    rng = stream(spec.seed, Role.DATASET_NEGATIVES)
+    by_split = {split: [mission for mission in missions if mission.split == split] for split in spec.splits}
+    usable = [split for split, members in by_split.items() if len(members) >= 2]
+    if spec.other_worlds and not usable:
+        raise ValueError("other_worlds needs a split with at least two missions")
+    weights = np.array([len(by_split[split]) for split in usable], dtype=float)
+    negatives = []
+    for _ in range(spec.other_worlds):
+        split = usable[int(rng.choice(len(usable), p=weights / weights.sum()))]
+        members = by_split[split]
+        target, source = (members[int(k)] for k in rng.choice(len(members), 2, replace=False))
+        negatives.append(NegativePlan(_any_map(rng, target), _any_map(rng, source), split))
+    return tuple(negatives)
+
+
+def _any_map(rng: np.random.Generator, mission: MissionPlan) -> tuple[str, str]:
+    sample = mission.samples[int(rng.integers(len(mission.samples)))]
+    names = map_names(mission.missions.robots, sample.settings.parts)
+    return sample.name, names[int(rng.integers(len(names)))]

@@ -1,0 +1,106 @@
+"""What a data set is made of: the specification, as YAML."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from mapping.disguise import DisguiseRanges
+from mapping.sensor_model import sensor_model
+from mapquilt.true_places import check_parts
+
+READY = ("smoke", "standard", "noise-sweep")
+"""The specifications that ship."""
+
+Count = Annotated[int, Field(ge=0)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class MissionsSpec(_Strict):
+    """``count`` missions in worlds of one family, each in a world of its own, by ``robots`` robots for ``duration`` s."""
+
+    world: str
+    count: Annotated[int, Field(ge=1)]
+    robots: Annotated[int, Field(ge=1)] = 3
+    duration: Positive = 120.0
+
+
+class SamplesSpec(_Strict):
+    """How often each mission is sensed, and the values that the samples take in turn, each as often as the others.
+
+    ``scale`` holds ranges of true metres per stated metre, ``parts`` into how many maps each robot's time is cut.
+    """
+
+    per_mission: Annotated[int, Field(ge=1)] = 4
+    noise: tuple[Annotated[float, Field(ge=0.0, allow_inf_nan=False)], ...] = (1.0,)
+    poses: tuple[Literal["odometry", "truth"], ...] = ("odometry",)
+    scale: tuple[tuple[Positive, Positive], ...] = ((0.5, 2.0),)
+    parts: tuple[int, ...] = (1,)
+    resolution: tuple[Positive, ...] = (0.05,)
+    sensor_model: tuple[str, ...] = ("octomap",)
+
+    @model_validator(mode="after")
+    def _check(self) -> SamplesSpec:
+        for name in ("noise", "poses", "scale", "parts", "resolution", "sensor_model"):
+            if not getattr(self, name):
+                raise ValueError(f"{name} lists no value")
+        for low, high in self.scale:
+            DisguiseRanges(low, high)
+        for parts in self.parts:
+            check_parts(parts)
+        for model in self.sensor_model:
+            sensor_model(model)
+        return self
+
+
+class DatasetSpec(_Strict):
+    """A whole data set. ``other_worlds`` counts pairs of maps from two worlds, which no merger may accept; ``splits``
+    are shares of each family's worlds, so that no world is in two splits."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
+    seed: Count = 1
+    missions: Annotated[tuple[MissionsSpec, ...], Field(min_length=1)]
+    samples: SamplesSpec = SamplesSpec()
+    other_worlds: Count = 0
+    splits: dict[str, Positive] = {"train": 0.6, "validation": 0.2, "test": 0.2}
+
+    @model_validator(mode="after")
+    def _check(self) -> DatasetSpec:
+        if not self.splits:
+            raise ValueError("splits names no split")
+        if self.other_worlds and sum(missions.count for missions in self.missions) < 2:
+            raise ValueError("other_worlds needs at least two missions")
+        return self
+
+
+def load_spec(source: str) -> DatasetSpec:
+    """The specification of a ready name (smoke, standard, noise-sweep) or in a YAML file.
+
+    Raises ``ValueError`` that names the file, the field and what is wrong with it; ``OSError`` where it cannot be read.
+    """
+    text = ready_spec(source) if source in READY else Path(source).read_text(encoding="utf-8")
+    try:
+        record = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"{source}: not YAML: {error}") from None
+    if not isinstance(record, dict):
+        raise ValueError(f"{source}: holds no mapping of fields")
+    try:
+        return DatasetSpec.model_validate(record)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the specification"
+        raise ValueError(f"{source}: {where}: {first['msg']}; it is {str(first['input'])[:80]}") from None
+
+
+def ready_spec(name: str) -> str:
+    """The YAML text of a specification that ships."""
+    return (resources.files("mapquilt.dataset") / "specs" / f"{name}.yaml").read_text(encoding="utf-8")
