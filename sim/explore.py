@@ -38,6 +38,8 @@ PATIENCE = 15.0
 """A robot that has found nothing to see for this long [s] has finished; before, another may only stand in its way."""
 STUCK_TIME, STUCK_DISTANCE = 3.0, 0.15
 """A robot that got no farther than this [m] in this time [s] on its way is stuck."""
+LOOK_AROUND = 0.6
+"""A robot that has nowhere to go and does not see all round turns this fast [rad/s]: once round in its patience."""
 BAN_TIME, BAN_RADIUS = 15.0, 0.7
 """For this time [s], a viewpoint this near [m] to one that could not be reached is not tried again."""
 
@@ -55,6 +57,8 @@ class Explorer:
         self._stopwatch = stopwatch
         self._mapper = LogOddsMapper(CELL, clear_range=lidar.range_max)  # a clean beam without echo saw free floor
         self._avoidance = Avoidance(limits, radius)
+        sees_all_round = lidar.beams * abs(lidar.angle_increment) > math.tau - math.radians(5.0)
+        self._idle_turn = 0.0 if sees_all_round else min(LOOK_AROUND, limits.turn_rate)
         self._path: NDArray[np.float64] = np.empty((0, 2))
         self._planned_at = self._mapped_at = -math.inf
         self._worth_at = 0.0
@@ -86,7 +90,7 @@ class Explorer:
         if arrived or scan.stamp - self._planned_at > REPLAN:
             self._plan(scan.stamp, here)
         if len(self._path) == 0:
-            return 0.0, 0.0
+            return 0.0, self._idle_turn
         seen = self._lidar.base_from_lidar.apply(scan.points())
         ahead = world_from_base.inverse().apply(_ahead(self._path, here))
         return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen)
