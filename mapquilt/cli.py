@@ -14,11 +14,13 @@ from mapping.map_yaml import Mode
 from mapquilt import run_folder
 from mapquilt.convert import Format
 from mapquilt.convert import convert as convert_files
+from mapquilt.lidar_table import lidar_table
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
 from mapquilt.progress import count_progress, mission_progress
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
 from mapquilt.sample import Poses, SampleSettings, disguise_ranges
+from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
 from merge.merger import merge_maps
 from merge.scale_range import ScaleRange
@@ -40,6 +42,14 @@ app = typer.Typer(
 Out = Annotated[Path, typer.Option("--out", help="Run folder to write; a run of mapquilt's there is replaced.")]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that `simulate` or `sense` wrote.")]
 Noise = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 a decent robot, 3 a bad one.")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="One component of the noise, whatever the level: lidar.range_sigma=0.05. Repeatable.",
+    ),
+]
 PosesOption = Annotated[Poses, typer.Option(help="Poses that the robots map with.")]
 ScaleOption = Annotated[
     str, typer.Option(help="How wrong resolutions are stated: hidden (by 0.5 to 2), honest (not at all), or LO:HI.")
@@ -61,7 +71,10 @@ def simulate(
     robots: Annotated[int, typer.Option(help="Number of robots.")] = 3,
     seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 7,
     duration: Annotated[float, typer.Option(help="Mission time [s].")] = 120.0,
+    lidar: Annotated[str, typer.Option(help="Lidar that the robots carry; `mapquilt lidars` lists them.")] = "default",
+    rate: Annotated[float | None, typer.Option(help="Sweeps a second [Hz]; default: the lidar's own.")] = None,
     noise: Noise = 1.0,
+    components: SetOption = None,
     poses: PosesOption = "odometry",
     scale: ScaleOption = "hidden",
     max_rotation: MaxRotation = 180.0,
@@ -71,9 +84,10 @@ def simulate(
     clear_range: ClearRange = 0.0,
 ) -> int:
     """Drive robots through a world; leave their maps, their logs and the truth."""
-    mission = MissionSettings(robots=robots, duration=duration)
+    mission = MissionSettings(robots=robots, duration=duration, lidar=chosen_lidar(lidar, rate))
     disguise = disguise_ranges(scale, max_rotation, max_offset)
-    sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed)
+    alone = parse_components(components or [])
+    sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, components=alone)
     with mission_progress(duration) as on_progress:
         simulate_run(out, world, mission, sample, seed, on_progress)
     print_table(f"{out}: {robots} maps of {world}, seed {seed}, {duration:g} s, noise {noise:g}")
@@ -85,6 +99,7 @@ def sense(
     run: RunFolder,
     out: Out,
     noise: Noise = 1.0,
+    components: SetOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of noise and disguise; default: that of RUN.")] = None,
     poses: PosesOption = "odometry",
     scale: ScaleOption = "hidden",
@@ -97,9 +112,9 @@ def sense(
 ) -> int:
     """Make another run of the same mission, at another noise level, without the simulator."""
     disguise = disguise_ranges(scale, max_rotation, max_offset)
-    settings = SampleSettings(
-        noise, poses, disguise, resolution, model, clear_range, run_seed(run) if seed is None else seed, parts
-    )
+    alone = parse_components(components or [])
+    seed = run_seed(run) if seed is None else seed
+    settings = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, parts, alone)
     mission = sense_run(run, out, settings)
     print_table(f"{out}: {len(mission.robots)} maps of {mission.world.name} from {run}, noise {noise:g}")
     return ALL_MERGED
@@ -177,6 +192,13 @@ def convert(
     conversion = convert_files(source, out, to, mode, unknown)
     _warn(conversion.warnings)
     print_table(conversion.summary)
+    return ALL_MERGED
+
+
+@app.command()
+def lidars() -> int:
+    """List the lidars that robots can carry, their noise, and who says so."""
+    print_table(lidar_table())
     return ALL_MERGED
 
 

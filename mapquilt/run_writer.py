@@ -10,7 +10,7 @@ from mapping.map_file import save_map
 from mapping.robot_log_file import save_robot_log
 from mapquilt import run_folder
 from mapquilt.json_file import write_record
-from mapquilt.sample import Sample, SampleSettings
+from mapquilt.sample import Sample, SampleSettings, lidar_names
 from mapquilt.truth_file import save_truth
 from sim.mission import Mission
 
@@ -25,7 +25,7 @@ def fill_run(
     sample: Sample,
     mission_path: str = run_folder.MISSION_FOLDER,
 ) -> None:
-    """Write a sample's maps, logs and truth into a folder; ``mission_path`` says where, from there, its mission lies."""
+    """Write a sample's maps, logs and truth into a folder; ``mission_path`` leads from there to its mission."""
     write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings, mission_path))
     _write_maps(folder, sample)
     save_truth(folder / run_folder.TRUTH_FILE, sample.truth)
@@ -42,7 +42,9 @@ def _run_record(mission: Mission, settings: SampleSettings, mission_path: str) -
         "robots": len(mission.robots),
         "duration_s": mission.settings.duration,
         "sample_seed": settings.seed,
+        "lidars": list(lidar_names(mission)),
         "noise": settings.noise,
+        "noise_components": dict(settings.components),
         "poses": settings.poses,
         "disguise": {
             "scale": [settings.disguise.scale_low, settings.disguise.scale_high],

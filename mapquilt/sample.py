@@ -11,7 +11,7 @@ from mapping.disguise import DisguiseRanges, disguise, draw_disguises
 from mapping.grid import OccupancyGrid
 from mapping.log_odds import map_log
 from mapping.map_set import MapSet
-from mapping.robot_log import RobotLog, RobotTruth
+from mapping.robot_log import RobotLog
 from mapping.sensor_model import sensor_model
 from mapping.similarity2 import Similarity2
 from mapping.truth import (
@@ -24,6 +24,7 @@ from mapping.truth import (
 )
 from mapquilt.true_places import TrueMap, TruePlaces, check_parts, true_places
 from mapquilt.truth_file import RobotOrigin, RunTruth
+from sim.lidar_presets import lidar_preset
 from sim.mission import Mission
 from sim.noise import Noise, Sensed, sense
 
@@ -52,7 +53,8 @@ def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> D
 class SampleSettings:
     """How maps are made of a mission: noise level, the poses that robots map with, what the disguise is drawn from,
     resolution [m/cell], inverse sensor model, how far beams without a return clear [m], the seed of noise and
-    disguise, and into how many parts each robot's mission is cut in time: a map each.
+    disguise, into how many parts each robot's mission is cut in time: a map each, and single ``components`` of the
+    noise by name, which hold whatever the level.
 
     Raises ``ValueError`` naming the field and the value.
     """
@@ -65,9 +67,10 @@ class SampleSettings:
     clear_range: float = 0.0
     seed: int = 7
     parts: int = 1
+    components: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
-        Noise.level(self.noise)
+        self.noise_of("default")
         sensor_model(self.model)
         if self.poses not in ("odometry", "truth"):
             raise ValueError(f"poses is {self.poses!r}, must be odometry or truth")
@@ -78,6 +81,10 @@ class SampleSettings:
         check_parts(self.parts)
         if self.seed < 0:
             raise ValueError(f"seed is {self.seed}, must not be negative")
+
+    def noise_of(self, lidar: str) -> Noise:
+        """The noise of a robot that carries the lidar of that name."""
+        return Noise.level(self.noise, lidar_preset(lidar).noise).with_fields(self.components)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +114,10 @@ def make_sample(mission: Mission, settings: SampleSettings, places: TruePlaces |
     """
     if places is None:
         places = true_places(mission, settings.parts, settings.clear_range)
-    sensed = [_sense(truth, index, settings) for index, truth in enumerate(mission.robots)]
+    sensed = [
+        sense(truth, settings.noise_of(lidar), settings.seed, index)
+        for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
+    ]
     disguises = draw_disguises(settings.seed, len(places.maps), settings.disguise)
     made = [
         _make_map(sensed[place.robot], place, settings, start_from_map)
@@ -128,8 +138,9 @@ def make_sample(mission: Mission, settings: SampleSettings, places: TruePlaces |
     )
 
 
-def _sense(truth: RobotTruth, index: int, settings: SampleSettings) -> Sensed:
-    return sense(truth, Noise.level(settings.noise), settings.seed, index)
+def lidar_names(mission: Mission) -> tuple[str, ...]:
+    """The preset of each robot's lidar."""
+    return tuple(mission.settings.lidar.model for _ in mission.robots)
 
 
 def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
