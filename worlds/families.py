@@ -8,8 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from mapping.seeds import Role, stream
+from worlds.cave import cave
+from worlds.corridor_loop import corridor_loop
+from worlds.disjoint import disjoint
+from worlds.hospital import hospital
+from worlds.house import house
 from worlds.layout import Layout
+from worlds.maze import maze
 from worlds.office import office
+from worlds.open_hall import open_hall
+from worlds.outdoor import outdoor
+from worlds.symmetric import symmetric
+from worlds.thesis_floor import thesis_floor
+from worlds.thesis_hall import SIZE as HALL_SIZE
+from worlds.thesis_hall import thesis_hall
+from worlds.warehouse import warehouse
 from worlds.world import World
 
 LARGEST = 500.0
@@ -29,6 +42,18 @@ class Family:
 
 FAMILIES: dict[str, Family] = {
     "office": Family(office, 30.0, 20.0, "corridors with rooms that repeat, furnished"),
+    "house": Family(house, 15.0, 12.0, "a dwelling: unlike rooms, furnished each for its use"),
+    "warehouse": Family(warehouse, 40.0, 25.0, "rows of racks, aisles, a dock with pallets"),
+    "maze": Family(maze, 20.0, 20.0, "narrow ways with dead ends and a few loops"),
+    "corridor_loop": Family(corridor_loop, 40.0, 25.0, "corridors in two loops, doors shut, niches"),
+    "hospital": Family(hospital, 60.0, 30.0, "two long wings of rooms that are alike"),
+    "cave": Family(cave, 40.0, 40.0, "chambers and boulders without a straight line"),
+    "open_hall": Family(open_hall, 30.0, 30.0, "a wide hall with pillars, booths and tables"),
+    "outdoor": Family(outdoor, 60.0, 60.0, "trees, bushes, no walls; a fence that no lidar sees"),
+    "symmetric": Family(symmetric, 30.0, 16.0, "the same after half a turn: two right answers"),
+    "disjoint": Family(disjoint, 40.0, 25.0, "four places that no way joins: merging is wrong"),
+    "thesis_hall": Family(thesis_hall, *HALL_SIZE, "a walled hall of a doctoral study, one size, five starts"),
+    "thesis_floor": Family(thesis_floor, 49.0, 37.0, "its U-shaped office floor, three starts"),
 }
 """Name -> family, in the order in which they are shown."""
 
