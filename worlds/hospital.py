@@ -30,7 +30,7 @@ def hospital_plan(rng: np.random.Generator, width: float, height: float) -> Floo
     """The floor without furniture. The courts between the wings are solid: nobody goes there."""
     room_depth = (height * rng.uniform(0.76, 0.8) / 2.0 - CORRIDOR - 4.0 * WALL) / 2.0
     halls = (width * rng.uniform(0.2, 0.28), width * rng.uniform(0.7, 0.78))
-    share, at_left = rng.uniform(0.0, 0.04), rng.random() < 0.5
+    share = rng.uniform(0.0, 0.04)
     rooms: list[Room] = []
     doors: list[Door] = []
     walls = outer_walls(width, height)
@@ -42,7 +42,9 @@ def hospital_plan(rng: np.random.Generator, width: float, height: float) -> Floo
             low = corridor + CORRIDOR + WALL if above else y0
             inner = above != upper
             row = _row(rng, width, low, low + room_depth, halls if inner else (), door_below=above)
-            row_doors = [_door(rng, room, 1.0 - share if at_left else share) for room in row if room.kind != "cross"]
+            entered = [room for room in row if room.kind != "cross"]
+            # Like rooms stand back to back, bath to bath, so that every other door is at the other end of its room.
+            row_doors = [_door(rng, room, share if k % 2 else 1.0 - share) for k, room in enumerate(entered)]
             walls += wall_along_x(width, low - WALL if above else low + room_depth, row, row_doors)
             walls += dividers(row, [])
             if inner:
@@ -116,7 +118,7 @@ def _ward(rng: np.random.Generator, room: Room, door: Door) -> list[list[Group]]
     bed_side, other = ("right", "left") if bath_side == 1.0 else ("left", "right")
     into = 1.0 if room.door_below else -1.0
     single = rng.random() < 0.75
-    beds = [0.82] if single else [0.25, 0.92]
+    beds = [0.74] if single else [0.25, 0.74]
     wanted: list[list[Group]] = [[(against(room, front, bath_side, 1.3, 1.6),)]] if single else []
     for share in beds:
         at = (share if into > 0.0 else 1.0 - share) + rng.normal(0.0, 0.01)
