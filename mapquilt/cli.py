@@ -14,6 +14,7 @@ from mapping.map_yaml import Mode
 from mapquilt import run_folder
 from mapquilt.convert import Format
 from mapquilt.convert import convert as convert_files
+from mapquilt.dataset.command import app as dataset_app
 from mapquilt.lidar_table import lidar_table
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
@@ -205,6 +206,9 @@ def lidars() -> int:
 def _warn(warnings: tuple[str, ...]) -> None:
     for warning in warnings:
         typer.echo(f"mapquilt: warning: {warning}", err=True)
+
+
+app.add_typer(dataset_app, name="dataset")
 
 
 def _version(wanted: bool) -> None:

@@ -30,6 +30,29 @@ def mission_progress(duration: float) -> Iterator[Callable[[float], None]]:
 
 
 @contextmanager
+def dataset_progress(samples: int) -> Iterator[Callable[[int, int], None]]:
+    """A bar of samples with failures, rate and time left; the block calls the function with samples done and failed."""
+    columns = (
+        "samples",
+        "{task.completed:.0f}/{task.total:.0f}",
+        "{task.fields[failed]} failed",
+        "{task.fields[rate]}",
+    )
+    with _bar(*columns) as bar:
+        task = bar.add_task("", total=samples, failed=0, rate="")
+        began: list[int] = []
+
+        def advance(done: int, failed: int) -> None:
+            began.append(done + failed)
+            minutes = (bar.tasks[0].elapsed or 0.0) / 60.0
+            made = done + failed - began[0]
+            rate = f"{made / minutes:.1f} a minute" if made and minutes else ""
+            bar.update(task, completed=done + failed, failed=failed, rate=rate)
+
+        yield advance
+
+
+@contextmanager
 def count_progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar of things done; the block calls the function with how many are done, of how many."""
     with _bar(what, "{task.completed:.0f}/{task.total:.0f}") as bar:

@@ -80,7 +80,7 @@ def mission_folder(folder: Path) -> Path:
     Raises ``ValueError`` naming the folder where it is missing.
     """
     record = read_record(require_run(folder) / RUN_FILE, "run")
-    mission = folder / record["mission"]
+    mission = folder / str(record["mission"])
     if not mission.is_dir():
         raise ValueError(f"{mission}: no such folder; the mission of {folder} is missing")
     return mission

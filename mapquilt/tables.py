@@ -22,8 +22,9 @@ def print_table(table: Table | str) -> None:
     console.print(table, soft_wrap=isinstance(table, str))
 
 
-def _table(*columns: tuple[str, bool]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+def plain_table(*columns: tuple[str, bool]) -> Table:
+    """An empty table of these columns; numbers (True) are aligned on the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, caption_justify="left")
     for name, number in columns:
         table.add_column(name, justify="right" if number else "left")
     return table
@@ -35,7 +36,7 @@ def _verdict(accepted: bool, reason: str | None) -> str:
 
 def merge_table(maps: MapSet, result: MergeResult) -> Table:
     """Each pair's verdict, confidence and transform."""
-    table = _table(
+    table = plain_table(
         ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
     )
     for pair in result.pairs:
@@ -44,7 +45,6 @@ def merge_table(maps: MapSet, result: MergeResult) -> Table:
     table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
     if not result.confidence_calibrated:
         table.caption += "; confidence is uncalibrated"
-    table.caption_justify = "left"
     return table
 
 
@@ -60,7 +60,7 @@ def _merge_row(pair: PairResult) -> tuple[str, ...]:
 
 def score_table(score: RunScore) -> Table:
     """Each pair's true overlap, verdict, errors and acceptance index."""
-    table = _table(
+    table = plain_table(
         ("pair", False),
         ("true overlap", True),
         ("verdict", False),
@@ -77,7 +77,6 @@ def score_table(score: RunScore) -> Table:
         f"{counts['right_and_accepted']} of {counts['pairs']} pairs right and accepted, "
         f"{counts['wrong_accepts']} wrongly accepted"
     )
-    table.caption_justify = "left"
     return table
 
 

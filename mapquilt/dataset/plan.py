@@ -61,7 +61,7 @@ class DatasetPlan:
 
 
 def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
-    """Everything that the specification asks for. Each seed is a function of the root seed and the item's own number."""
+    """Everything that the specification asks for. Each seed is a function of the root seed and the item's number."""
     combinations = _combinations(spec.samples, spec.seed)
     missions: list[MissionPlan] = []
     for family in spec.missions:

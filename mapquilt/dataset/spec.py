@@ -25,7 +25,7 @@ class _Strict(BaseModel):
 
 
 class MissionsSpec(_Strict):
-    """``count`` missions in worlds of one family, each in a world of its own, by ``robots`` robots for ``duration`` s."""
+    """``count`` missions of ``robots`` robots for ``duration`` s in worlds of one family, each in one of its own."""
 
     world: str
     count: Annotated[int, Field(ge=1)]

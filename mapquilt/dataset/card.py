@@ -1,0 +1,130 @@
+"""The data card: what was made, in figures and histograms, beside the data."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mapping.atomic import write_bytes_aside
+from mapquilt.dataset.manifest import Manifest
+from mapquilt.dataset.spec import DatasetSpec
+from mapquilt.palette import INK, ROBOTS
+from mapquilt.png import figure_png
+
+CARD_FILE = "README.md"
+FIGURE_FILE = "figures.png"
+OVERLAP_BOUNDS = (0.0, 0.05, 0.15, 0.3, 0.6, 1.0)
+"""Strata of overlap; a pair lies in the stratum whose upper bound it does not exceed."""
+
+TEMPLATE = """\
+# {{ spec.name }}
+
+A data set of simulated robot teams: occupancy grids that robots mapped on their own, each in a frame of its own, and
+the transforms between them. Made by mapquilt from `spec.json` with seed {{ spec.seed }}; the same specification gives
+the same bytes. Licence of the data: CC BY 4.0.
+
+{{ samples }} samples of {{ missions }} missions; {{ maps }} maps, {{ pairs }} pairs of maps of different robots,
+{{ negatives }} pairs of two worlds that no merger may accept{% if failures %}; {{ failures }} samples could not be
+made, see `failures.jsonl`{% endif %}.
+
+![Overlap, distortion, scale and residual of what was made](figures.png)
+
+{% for title, rows in tables %}
+| {{ title }} | pairs | identifiable |
+|---|---:|---:|
+{% for name, count, identifiable in rows %}
+| {{ name }} | {{ count }} | {{ identifiable }} |
+{% endfor %}
+
+{% endfor %}
+A pair is identifiable if no second placement of the two true footprints agrees nearly as well as the true one; where
+it is not, a refusal is right. Missions, not pairs, are independent: intervals should be drawn over missions. No world
+is in two splits.
+
+    import mapquilt
+    for pair in mapquilt.load_dataset(".", split="test").pairs:
+        target, source, truth = pair.target, pair.source, pair.target_from_source
+"""
+
+
+def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) -> None:
+    """Write README.md and figures.png of what was made."""
+    samples = manifest.samples
+    write_bytes_aside(out / FIGURE_FILE, figure_png(draw_figures(samples)))
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True)
+    text = environment.from_string(TEMPLATE).render(
+        spec=spec,
+        samples=len(samples),
+        missions=len(manifest.missions),
+        maps=sum(len(sample["maps"]) for sample in samples),
+        pairs=sum(len(sample["pairs"]) for sample in samples),
+        negatives=len(manifest.negatives),
+        failures=failures,
+        tables=_tables(samples),
+    )
+    write_bytes_aside(out / CARD_FILE, text.encode())
+
+
+def overlap_stratum(overlap: float) -> str:
+    """The stratum of overlap that a pair lies in, in per cent."""
+    upper = next(bound for bound in OVERLAP_BOUNDS[1:] if overlap <= bound)
+    lower = OVERLAP_BOUNDS[OVERLAP_BOUNDS.index(upper) - 1]
+    return f"{100 * lower:.0f} to {100 * upper:.0f} %"
+
+
+def _tables(samples: Sequence[dict[str, Any]]) -> list[tuple[str, list[tuple[str, int, int]]]]:
+    keys: dict[str, Callable[[Any, Any], str]] = {
+        "world": lambda sample, pair: sample["world"],
+        "overlap": lambda sample, pair: overlap_stratum(pair["overlap"]),
+        "noise": lambda sample, pair: f"{sample['settings']['noise']:g}",
+        "poses": lambda sample, pair: sample["settings"]["poses"],
+        "split": lambda sample, pair: sample["split"],
+    }
+    tables = []
+    for title, key in keys.items():
+        counts: Counter[str] = Counter()
+        identifiable: Counter[str] = Counter()
+        for sample in samples:
+            for pair in sample["pairs"]:
+                counts[key(sample, pair)] += 1
+                identifiable[key(sample, pair)] += pair["identifiable"]
+        order = sorted(counts, key=_natural)
+        tables.append((title, [(name, counts[name], identifiable[name]) for name in order]))
+    return tables
+
+
+def _natural(name: str) -> tuple[float, str]:
+    head = name.split(" ")[0]
+    return (float(head) if head.replace(".", "", 1).isdigit() else 0.0, name)
+
+
+def draw_figures(samples: Sequence[dict[str, Any]]) -> Figure:
+    """Histograms of overlap, distortion, scale between maps, and residual of the pairs' truth."""
+    pairs = [pair for sample in samples for pair in sample["pairs"]]
+    figure = Figure(figsize=(11, 6.4), layout="constrained", dpi=110)
+    axes = figure.subplots(2, 2)
+    _histogram(axes[0, 0], [100 * pair["overlap"] for pair in pairs], "true overlap [%]", "pairs", (0.0, 100.0))
+    maps = [one["distortion_m"] for sample in samples for one in sample["maps"]]
+    _histogram(axes[0, 1], maps, "distortion of a map, RMS [m]", "maps")
+    scales = [float(np.log2(pair["target_from_source"]["scale"])) for pair in pairs]
+    _histogram(axes[1, 0], scales, "scale from source to target, log2", "pairs", (-1.0, 1.0))
+    residuals = [pair["residual_m"] for pair in pairs if pair["residual_m"] is not None]
+    _histogram(axes[1, 1], residuals, "residual of a pair's truth, RMS [m]", "pairs")
+    return figure
+
+
+def _histogram(
+    axes: Axes, values: list[float], label: str, unit: str, limits: tuple[float, float] | None = None
+) -> None:
+    axes.hist(values, bins=24, range=limits, color=ROBOTS[0], edgecolor="white", linewidth=0.5)
+    axes.set_xlabel(label, color=INK)
+    axes.set_ylabel(unit, color=INK)
+    axes.set_title(f"{len(values)} {unit}", loc="left", fontsize=9, color=INK)
+    axes.spines[["top", "right"]].set_visible(False)

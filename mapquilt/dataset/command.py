@@ -1,0 +1,116 @@
+"""``mapquilt dataset``: the verbs of data sets."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mapping.atomic import write_bytes_aside
+from mapquilt.dataset.card import draw_figures
+from mapquilt.dataset.executor import MakeExecutor, dask_cluster, process_pool
+from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
+from mapquilt.dataset.make import make_dataset
+from mapquilt.dataset.manifest import read_manifest
+from mapquilt.dataset.plan import plan_dataset
+from mapquilt.dataset.remake import remake_sample
+from mapquilt.dataset.spec import READY, load_spec, ready_spec
+from mapquilt.dataset.verify import verify_dataset
+from mapquilt.png import figure_png
+from mapquilt.progress import count_progress, dataset_progress
+from mapquilt.tables import print_table
+
+app = typer.Typer(help="Make, check and list data sets: many samples from one specification.", rich_markup_mode=None)
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a data set.")]
+
+
+@app.command("init")
+def init(
+    out: Annotated[Path, typer.Argument(metavar="SPEC.yaml", help="File to write; never replaced.")],
+    ready: Annotated[str, typer.Option("--from", help=f"Which to start from: {', '.join(READY)}.")] = "smoke",
+) -> int:
+    """Write a commented specification to start from."""
+    if ready not in READY:
+        raise ValueError(f"--from {ready}: must be one of {', '.join(READY)}")
+    if out.exists():
+        raise ValueError(f"{out}: exists already")
+    write_bytes_aside(out, ready_spec(ready).encode())
+    print_table(f"{out}: edit it, then mapquilt dataset make {out} --out DIR")
+    return 0
+
+
+@app.command("make")
+def make(
+    spec: Annotated[str, typer.Argument(metavar="SPEC", help=f"YAML file, or one of {', '.join(READY)}.")],
+    out: Annotated[Path, typer.Option(help="Folder of the data set; one that was begun is gone on with.")],
+    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = os.cpu_count() or 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler to work on instead, such as tcp://head:8786.")
+    ] = None,
+) -> int:
+    """Make a data set; after an interruption the same call goes on, and the result is the same to the byte."""
+    wanted = load_spec(spec)
+    executor: MakeExecutor = lambda: process_pool(workers) if scheduler is None else dask_cluster(scheduler)  # noqa: E731
+    with dataset_progress(plan_dataset(wanted).samples) as on_progress:
+        try:
+            report = make_dataset(wanted, out, executor, workers, on_progress)
+        except KeyboardInterrupt:
+            typer.echo(f"mapquilt: {out} is unfinished; the same command goes on from here", err=True)
+            raise
+    print_table(f"{out}: {report.samples} samples, {report.failures} failed")
+    return 0
+
+
+@app.command("remake")
+def remake(
+    folder: Folder,
+    sample: Annotated[str, typer.Argument(help="Name of the sample, such as 000012.")],
+    out: Annotated[Path, typer.Option(help="New folder to make it in.")],
+) -> int:
+    """Make one sample again, alone, and compare it with the manifest bit for bit."""
+    different = remake_sample(folder, sample, out)
+    if different:
+        print_table(f"{out}: {len(different)} files differ from {folder}, the first is {different[0]}")
+        return 1
+    print_table(f"{out}: the same as in {folder}, bit for bit")
+    return 0
+
+
+@app.command("verify")
+def verify(folder: Folder) -> int:
+    """Hash every file again; status 1 where one is missing, changed or not in the manifest."""
+    with count_progress("hashing") as on_progress:
+        problems = verify_dataset(folder, on_progress)
+    for problem in problems:
+        print_table(problem)
+    print_table(f"{folder}: " + (f"{len(problems)} problems" if problems else "every file is as it was made"))
+    return 1 if problems else 0
+
+
+@app.command("stats")
+def stats(
+    folder: Folder,
+    out: Annotated[Path, typer.Option(help="Picture to write.")],
+) -> int:
+    """Draw histograms of what a data set holds."""
+    write_bytes_aside(out, figure_png(draw_figures(read_manifest(folder).samples)))
+    print_table(f"{out}: drawn")
+    return 0
+
+
+@app.command("pairs")
+def pairs(
+    folder: Folder,
+    split: Annotated[str | None, typer.Option(help="Of this split alone.")] = None,
+    world: Annotated[str | None, typer.Option(help="Of this family alone.")] = None,
+    overlap: Annotated[str, typer.Option(help="Of this true overlap, LO:HI.")] = "0:1",
+    noise: Annotated[float | None, typer.Option(help="Of this noise level alone.")] = None,
+    identifiable: Annotated[bool | None, typer.Option(help="Only those that have one right answer, or not.")] = None,
+) -> int:
+    """List the pairs of a data set by stratum."""
+    wanted = PairFilter.parse(split, world, overlap, noise, identifiable)
+    print_table(pair_table(selected_pairs(read_manifest(folder), wanted)))
+    return 0

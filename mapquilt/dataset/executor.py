@@ -1,0 +1,90 @@
+"""Where the work is done: a pool of processes on this machine, or a Dask cluster."""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import signal
+import sys
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import TypeVar
+
+MOST_TRIES = 3
+"""How often work is tried whose worker died."""
+
+IN_FLIGHT = 2
+"""Pieces of work handed out for each worker, so that none waits and memory stays bounded."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+MakeExecutor = Callable[[], Executor]
+
+
+def process_pool(workers: int) -> Executor:
+    """Processes of their own, started clean. They leave interrupts to their parent, and die with it."""
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+
+
+def _start_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":
+        parent_death_signal = 1  # PR_SET_PDEATHSIG, prctl(2)
+        ctypes.CDLL(None).prctl(parent_death_signal, signal.SIGKILL)
+
+
+def dask_cluster(address: str) -> Executor:
+    """The workers of a Dask scheduler, such as tcp://head:8786.
+
+    Raises ``ImportError`` that says what to install where Dask is missing, ``OSError`` where nobody answers.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError("--scheduler needs Dask: pip install 'mapquilt[cluster]'") from None
+    # pure=False: Dask takes equal calls for one and would hand back the first one's result.
+    executor: Executor = Client(address, timeout="10s").get_executor(pure=False)  # type: ignore[no-untyped-call]
+    return executor
+
+
+def run_all(
+    make_executor: MakeExecutor, function: Callable[[Task], Result], tasks: Sequence[Task], workers: int
+) -> Generator[tuple[Task, Result | BaseException]]:
+    """Each task with its result, or with what it raised, as they come. At most a few results are held at a time.
+
+    A worker that dies breaks a process pool for good: it is made anew and the work handed out again, three times at
+    most; then the task comes with the error.
+    """
+    waiting = list(reversed(tasks))
+    tries: dict[int, int] = {}
+    executor = make_executor()
+    running: dict[Future[Result], Task] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < IN_FLIGHT * workers:
+                task = waiting.pop()
+                running[executor.submit(function, task)] = task
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            broken = [future for future in done if isinstance(future.exception(), BrokenProcessPool)]
+            for future in done:
+                if future not in broken:
+                    error = future.exception()
+                    yield running.pop(future), future.result() if error is None else error
+            if broken:
+                executor.shutdown(wait=False, cancel_futures=True)
+                executor = make_executor()
+                # Who broke the pool cannot be told: all that was handed out counts as tried.
+                for task in running.values():
+                    tries[id(task)] = tries.get(id(task), 0) + 1
+                given_up = [task for task in running.values() if tries[id(task)] >= MOST_TRIES]
+                waiting += [task for task in running.values() if tries[id(task)] < MOST_TRIES]
+                running.clear()
+                for task in given_up:
+                    yield task, RuntimeError(f"the worker died, {MOST_TRIES} times")
+    finally:
+        executor.shutdown(wait=False, cancel_futures=True)
+        if running or waiting:  # left early: by an interrupt, or because the results cannot be kept
+            for worker in multiprocessing.active_children():
+                worker.terminate()

@@ -1,0 +1,146 @@
+"""One mission and all samples of it, made in one worker and handed back as bytes: the unit of parallel work."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mapquilt import run_folder
+from mapquilt.dataset.plan import MissionPlan, SamplePlan
+from mapquilt.dataset.preview import preview_png
+from mapquilt.json_file import read_record
+from mapquilt.run_writer import fill_run
+from mapquilt.sample import Sample, make_sample
+from mapquilt.true_places import TruePlaces, true_places
+from sim.mission import Mission, MissionSettings, simulate
+from sim.mission_file import save_mission
+from worlds.families import make_world
+
+MISSIONS_FOLDER = "missions"
+SAMPLES_FOLDER = "samples"
+PREVIEW_PICTURE = "preview.png"
+
+Files = dict[str, bytes]
+
+
+@dataclass(frozen=True)
+class Made:
+    """A folder of a data set: its files by path, and its record in the manifest; or the reason why there is none."""
+
+    files: Files
+    record: dict[str, Any] | None
+    failure: str | None = None
+
+
+@dataclass(frozen=True)
+class Group:
+    """A mission and its samples by index. Where the mission failed, so did they."""
+
+    mission: Made
+    samples: dict[int, Made]
+
+
+def make_group(plan: MissionPlan) -> Group:
+    """Simulate a mission and make its samples: a function of the plan alone, on any machine, in any order.
+
+    A sample that cannot be made says why, and does not stop the others.
+    """
+    try:
+        mission = _simulate(plan)
+    except ValueError as error:
+        failed = Made({}, None, f"mission {plan.name}: {error}")
+        return Group(failed, {sample.index: failed for sample in plan.samples})
+    places: dict[int, TruePlaces] = {}
+    samples = {sample.index: _make_sample(plan, sample, mission, places) for sample in plan.samples}
+    return Group(_made_mission(plan, mission), samples)
+
+
+def _simulate(plan: MissionPlan) -> Mission:
+    world = make_world(plan.missions.world, plan.seed)
+    settings = MissionSettings(robots=plan.missions.robots, duration=plan.missions.duration)
+    return simulate(world, settings, plan.seed)[0]
+
+
+def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
+    with tempfile.TemporaryDirectory() as folder:
+        save_mission(mission, Path(folder))
+        files = _read_files(Path(folder))
+    record = {
+        "kind": "mission",
+        "mission": plan.name,
+        "split": plan.split,
+        "world": plan.missions.world,
+        "seed": plan.seed,
+        "robots": plan.missions.robots,
+        "duration_s": plan.missions.duration,
+        "files": _hashes(files),
+    }
+    return Made(files, record)
+
+
+def _make_sample(plan: MissionPlan, sample: SamplePlan, mission: Mission, places: dict[int, TruePlaces]) -> Made:
+    settings = sample.settings
+    try:
+        if settings.parts not in places:
+            places[settings.parts] = true_places(mission, settings.parts, settings.clear_range)
+        made = make_sample(mission, settings, places[settings.parts])
+    except ValueError as error:
+        return Made({}, None, str(error))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        fill_run(folder, mission, settings, made, f"../../{MISSIONS_FOLDER}/{plan.name}")
+        (folder / PREVIEW_PICTURE).write_bytes(preview_png(made.maps))
+        files = _read_files(folder)
+        truth = read_record(folder / run_folder.TRUTH_FILE, "truth")
+    record = {
+        "kind": "sample",
+        "sample": sample.name,
+        "mission": plan.name,
+        "split": plan.split,
+        "world": plan.missions.world,
+        "seed": settings.seed,
+        "settings": _settings_record(sample),
+        "maps": _map_records(made, truth),
+        "pairs": _pair_records(made, truth),
+        "files": _hashes(files),
+    }
+    return Made(files, record)
+
+
+def _settings_record(sample: SamplePlan) -> dict[str, Any]:
+    record = dataclasses.asdict(sample.settings)
+    del record["seed"]
+    return record
+
+
+def _map_records(made: Sample, truth: dict[str, Any]) -> list[dict[str, Any]]:
+    robots = {entry["name"]: entry for entry in truth["robots"]}
+    return [
+        {
+            "name": place.name,
+            "robot": place.robot,
+            "file": f"{place.name}/map.yaml",
+            "world_from_map": robots[place.name]["world_from_map"],
+            "distortion_m": robots[place.name]["distortion_m"],
+        }
+        for place in made.places.maps
+    ]
+
+
+def _pair_records(made: Sample, truth: dict[str, Any]) -> list[dict[str, Any]]:
+    """Pairs of maps of different robots."""
+    robot = {place.name: place.robot for place in made.places.maps}
+    return [pair for pair in truth["pairs"] if robot[pair["target"]] != robot[pair["source"]]]
+
+
+def _read_files(folder: Path) -> Files:
+    paths = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+
+
+def _hashes(files: Files) -> dict[str, str]:
+    return {path: hashlib.sha256(data).hexdigest() for path, data in files.items()}

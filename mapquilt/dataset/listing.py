@@ -1,0 +1,83 @@
+"""Pairs of a data set, chosen by stratum and listed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rich.table import Table
+
+from mapquilt.dataset.manifest import Manifest
+from mapquilt.tables import plain_table
+
+
+@dataclass(frozen=True)
+class PairFilter:
+    """Which pairs are wanted; None takes all. Overlap lies between ``low`` and ``high``, both included."""
+
+    split: str | None = None
+    world: str | None = None
+    low: float = 0.0
+    high: float = 1.0
+    noise: float | None = None
+    identifiable: bool | None = None
+
+    @staticmethod
+    def parse(
+        split: str | None, world: str | None, overlap: str, noise: float | None, identifiable: bool | None
+    ) -> PairFilter:
+        """Raises ``ValueError`` where ``overlap`` is no LO:HI within 0 to 1."""
+        low, _, high = overlap.partition(":")
+        try:
+            bounds = float(low), float(high)
+        except ValueError:
+            raise ValueError(f"--overlap {overlap}: must be LO:HI such as 0.3:0.6") from None
+        if not 0.0 <= bounds[0] <= bounds[1] <= 1.0:
+            raise ValueError(f"--overlap {overlap}: must lie within 0:1, the lower first")
+        return PairFilter(split, world, *bounds, noise, identifiable)
+
+    def takes(self, sample: dict[str, Any], pair: dict[str, Any]) -> bool:
+        return (
+            self.split in (None, sample["split"])
+            and self.world in (None, sample["world"])
+            and self.low <= pair["overlap"] <= self.high
+            and self.noise in (None, sample["settings"]["noise"])
+            and self.identifiable in (None, pair["identifiable"])
+        )
+
+
+def selected_pairs(manifest: Manifest, wanted: PairFilter) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """The samples and pairs that a filter takes, in order."""
+    return ((sample, pair) for sample in manifest.samples for pair in sample["pairs"] if wanted.takes(sample, pair))
+
+
+def pair_table(rows: Iterator[tuple[dict[str, Any], dict[str, Any]]]) -> Table:
+    """One line a pair, and how many they are."""
+    table = plain_table(
+        ("sample", False),
+        ("target", False),
+        ("source", False),
+        ("split", False),
+        ("world", False),
+        ("noise", True),
+        ("overlap", True),
+        ("residual", True),
+        ("identifiable", False),
+    )
+    listed: Sequence[Any] = list(rows)
+    for sample, pair in listed:
+        residual = "-" if pair["residual_m"] is None else f"{pair['residual_m']:.3f} m"
+        table.add_row(
+            sample["sample"],
+            pair["target"],
+            pair["source"],
+            sample["split"],
+            sample["world"],
+            f"{sample['settings']['noise']:g}",
+            f"{100 * pair['overlap']:.0f} %",
+            residual,
+            "yes" if pair["identifiable"] else "no",
+        )
+    table.caption = f"{len(listed)} pairs"
+    return table

@@ -1,0 +1,167 @@
+"""Reading a data set: samples and pairs with typed fields, loaded when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mapping.grid import OccupancyGrid
+from mapping.map_file import load_map
+from mapping.map_set import MapSet
+from mapping.robot_log import RobotLog
+from mapping.robot_log_file import load_robot_log
+from mapping.similarity2 import Similarity2
+from mapquilt import run_folder
+from mapquilt.dataset.group import SAMPLES_FOLDER
+from mapquilt.dataset.manifest import Manifest, read_manifest
+from mapquilt.json_file import similarity_from_record
+from mapquilt.truth_file import RunTruth, load_truth
+
+
+@dataclass(frozen=True)
+class DatasetSample:
+    """One team's maps: ``record`` is its line of the manifest, ``folder`` where it lies; the rest is read on use."""
+
+    folder: Path
+    record: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        return str(self.record["sample"])
+
+    @property
+    def split(self) -> str:
+        return str(self.record["split"])
+
+    def maps(self) -> MapSet:
+        return run_folder.load_maps(self.folder)
+
+    def truth(self) -> RunTruth:
+        return load_truth(self.folder / run_folder.TRUTH_FILE)
+
+    def log(self, name: str) -> RobotLog:
+        return load_robot_log(self.folder / name / run_folder.LOG_FILE)
+
+
+@dataclass(frozen=True)
+class DatasetPair:
+    """Two maps of different robots. ``target_from_source`` is None where they show two worlds: to be refused."""
+
+    name: str
+    mission: str
+    split: str
+    target_path: Path
+    source_path: Path
+    target_from_source: Similarity2 | None
+    overlap: float
+    identifiable: bool
+    resolutions_trusted: bool
+
+    @cached_property
+    def target(self) -> OccupancyGrid:
+        return load_map(self.target_path).grid
+
+    @cached_property
+    def source(self) -> OccupancyGrid:
+        return load_map(self.source_path).grid
+
+    def map_set(self) -> MapSet:
+        """The pair as the merger takes it, the maps being called target and source."""
+        grids = (self.target, self.source)
+        return MapSet(("target", "source"), grids, ("m", "m"), resolutions_trusted=self.resolutions_trusted)
+
+
+class _Lazy(Sequence[Any]):
+    """A sequence whose items are made when they are asked for."""
+
+    def __init__(self, records: Sequence[Any], make: Any) -> None:
+        self._records = records
+        self._make = make
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return _Lazy(self._records[index], self._make)
+        return self._make(self._records[index])
+
+
+class Dataset:
+    """A finished data set, or one split of it. ``samples`` and ``pairs`` are sequences; nothing is read before use."""
+
+    def __init__(self, folder: Path, manifest: Manifest, split: str | None) -> None:
+        self.folder = folder
+        self._samples = [record for record in manifest.samples if split in (None, record["split"])]
+        self._by_name = {record["sample"]: record for record in manifest.samples}
+        negatives = [record for record in manifest.negatives if split in (None, record["split"])]
+        self._pairs = [*self._within_samples(), *((None, record) for record in negatives)]
+
+    def _within_samples(self) -> Iterator[tuple[dict[str, Any] | None, dict[str, Any]]]:
+        for sample in self._samples:
+            for pair in sample["pairs"]:
+                yield sample, pair
+
+    @property
+    def samples(self) -> Sequence[DatasetSample]:
+        return _Lazy(self._samples, self._sample)
+
+    @property
+    def pairs(self) -> Sequence[DatasetPair]:
+        return _Lazy(self._pairs, self._pair)
+
+    def _sample(self, record: dict[str, Any]) -> DatasetSample:
+        return DatasetSample(self.folder / SAMPLES_FOLDER / record["sample"], record)
+
+    def _pair(self, entry: tuple[dict[str, Any] | None, dict[str, Any]]) -> DatasetPair:
+        sample, record = entry
+        if sample is None:
+            return self._two_worlds(record)
+        folder = self.folder / SAMPLES_FOLDER / sample["sample"]
+        return DatasetPair(
+            name=f"{sample['sample']}/{record['target']}/{record['source']}",
+            mission=sample["mission"],
+            split=sample["split"],
+            target_path=folder / record["target"] / "map.yaml",
+            source_path=folder / record["source"] / "map.yaml",
+            target_from_source=similarity_from_record(record["target_from_source"]),
+            overlap=record["overlap"],
+            identifiable=record["identifiable"],
+            resolutions_trusted=_trusted(sample),
+        )
+
+    def _two_worlds(self, record: dict[str, Any]) -> DatasetPair:
+        ends = [record["target"], record["source"]]
+        samples = [self._by_name[end["sample"]] for end in ends]
+        paths = [self.folder / SAMPLES_FOLDER / end["sample"] / end["map"] / "map.yaml" for end in ends]
+        return DatasetPair(
+            name="/".join(f"{end['sample']}/{end['map']}" for end in ends),
+            mission="+".join(sample["mission"] for sample in samples),
+            split=record["split"],
+            target_path=paths[0],
+            source_path=paths[1],
+            target_from_source=None,
+            overlap=0.0,
+            identifiable=False,
+            resolutions_trusted=all(_trusted(sample) for sample in samples),
+        )
+
+
+def _trusted(sample: dict[str, Any]) -> bool:
+    ranges = sample["settings"]["disguise"]
+    return bool(ranges["scale_low"] == ranges["scale_high"] == 1.0)
+
+
+def load_dataset(folder: str | Path, split: str | None = None) -> Dataset:
+    """A finished data set, or one split of it.
+
+    Raises ``ValueError`` where the folder is none, or has no such split; the message lists those it has.
+    """
+    manifest = read_manifest(Path(folder))
+    splits = sorted({record["split"] for record in manifest.samples})
+    if split is not None and split not in splits:
+        raise ValueError(f"{folder}: has no split {split!r}, only {', '.join(splits)}")
+    return Dataset(Path(folder), manifest, split)

@@ -1,0 +1,91 @@
+"""manifest.jsonl: one line a mission, a sample and a negative pair, in order; no time, host or path of a machine."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mapping.atomic import write_bytes_aside
+from mapquilt.dataset.plan import DatasetPlan
+from mapquilt.dataset.spec import DatasetSpec
+
+MANIFEST_FILE = "manifest.jsonl"
+SCHEMA = "mapquilt-manifest/1"
+LICENCE = "CC-BY-4.0"
+
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a data set holds: its header, and the records of missions, samples and pairs of two worlds."""
+
+    header: Record
+    missions: tuple[Record, ...]
+    samples: tuple[Record, ...]
+    negatives: tuple[Record, ...]
+
+
+def build_manifest(spec: DatasetSpec, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:
+    """The manifest of what was made of a plan, the records of finished groups in order."""
+    header = {
+        "kind": "dataset",
+        "schema": SCHEMA,
+        "generator": f"mapquilt {version('mapquilt')}",
+        "name": spec.name,
+        "seed": spec.seed,
+        "licence": LICENCE,
+    }
+    missions, samples = (
+        tuple(record for record in records if record["kind"] == kind) for kind in ("mission", "sample")
+    )
+    made = {record["sample"] for record in samples}
+    negatives = tuple(
+        {
+            "kind": "other_worlds",
+            "split": pair.split,
+            "target": {"sample": pair.target[0], "map": pair.target[1]},
+            "source": {"sample": pair.source[0], "map": pair.source[1]},
+        }
+        for pair in plan.negatives
+        if pair.target[0] in made and pair.source[0] in made
+    )
+    return Manifest(header, missions, samples, negatives)
+
+
+def write_manifest(out: Path, manifest: Manifest) -> None:
+    """Write the manifest, one record a line."""
+    write_lines(out / MANIFEST_FILE, [manifest.header, *manifest.missions, *manifest.samples, *manifest.negatives])
+
+
+def write_lines(path: Path, records: Iterable[Record]) -> None:
+    """One record a line, written aside and renamed."""
+    lines = (json.dumps(record, allow_nan=False, ensure_ascii=False) for record in records)
+    write_bytes_aside(path, "".join(f"{line}\n" for line in lines).encode())
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """The manifest of a finished data set.
+
+    Raises ``ValueError`` naming the file and the line that is wrong, or that there is none; ``OSError`` otherwise.
+    """
+    path = folder / MANIFEST_FILE
+    if not path.exists():
+        raise ValueError(f"{path}: no such file; is {folder} a finished data set?")
+    records = []
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+        try:
+            records.append(dict(json.loads(line)))
+        except ValueError as error:
+            raise ValueError(f"{path}: line {number} is not a record: {error}") from None
+    if not records or records[0].get("schema") != SCHEMA:
+        raise ValueError(f"{path}: is no manifest of schema {SCHEMA}")
+    missions, samples, negatives = (
+        tuple(record for record in records if record.get("kind") == kind)
+        for kind in ("mission", "sample", "other_worlds")
+    )
+    return Manifest(records[0], missions, samples, negatives)
