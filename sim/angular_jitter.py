@@ -25,6 +25,8 @@ def read_beside(scan: LidarScan, angles: NDArray[np.float64]) -> tuple[NDArray[n
     """
     own = scan.ranges.astype(np.float64)
     beams, step = own.size, abs(scan.angle_increment)
+    if not angles.any():
+        return own, np.zeros(beams, dtype=np.bool_)
     place = np.arange(beams) + angles / scan.angle_increment
     if abs(beams * step - math.tau) > step / 2.0:
         place = np.clip(place, 0.0, beams - 1.0)

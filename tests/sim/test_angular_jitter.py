@@ -37,9 +37,11 @@ def test_no_turn_is_the_scan_bit_for_bit() -> None:
     ranges = np.random.default_rng(2).uniform(0.2, 40.0, 360)
     ranges[::7], ranges[::11] = np.inf, -np.inf
     scan = scan_of(lambda _: ranges)
-    read, elsewhere = read_beside(scan, np.zeros(360))
-    assert np.array_equal(read.astype(np.float32), scan.ranges)
-    assert not elsewhere.any()
+    for turns in (np.zeros(360), np.where(np.arange(360) == 100, 0.01, 0.0)):
+        read, elsewhere = read_beside(scan, turns)
+        kept = turns == 0.0
+        assert np.array_equal(read.astype(np.float32)[kept], scan.ranges[kept])
+        assert not elsewhere[kept].any()
 
 
 def test_across_an_edge_it_reads_one_side_or_the_other() -> None:
