@@ -13,10 +13,12 @@ from mapping.scan import LidarScan
 from mapping.se2 import SE2
 from sim.avoidance import Avoidance
 from sim.drive import DriveLimits
+from sim.fence import Fence
 from sim.frontiers import viewpoints
 from sim.lidar import Lidar
 from sim.routes import Routes
 from sim.stopwatch import Stopwatch
+from worlds.polygon import Polygon
 
 CELL = 0.1
 """Resolution of the map that a robot plans on [m]."""
@@ -45,13 +47,22 @@ BAN_TIME, BAN_RADIUS = 15.0, 0.7
 
 
 class Explorer:
-    """Plans and steers one robot from its clean scans at true poses; it never hears of the world or other robots.
+    """Plans and steers one robot from its clean scans at true poses; all it hears of the world is the ``fence``, if
+    there is one, that it must not cross.
 
     It drives to where it expects the most unknown floor for the way, avoids what its lidar sees now, other robots
     among it, gives a goal up for a while when it is stuck, and is ``finished`` when nothing reachable is left.
     """
 
-    def __init__(self, lidar: Lidar, limits: DriveLimits, radius: float, stopwatch: Stopwatch) -> None:
+    def __init__(
+        self,
+        lidar: Lidar,
+        limits: DriveLimits,
+        radius: float,
+        stopwatch: Stopwatch,
+        fence: Polygon | None = None,
+    ) -> None:
+        self._fence = Fence(fence)
         self._lidar = lidar
         self._radius = radius
         self._stopwatch = stopwatch
@@ -91,14 +102,14 @@ class Explorer:
             self._plan(scan.stamp, here)
         if len(self._path) == 0:
             return 0.0, self._idle_turn
-        seen = self._lidar.base_from_lidar.apply(scan.points())
+        seen = self._fence.beside(self._lidar.base_from_lidar.apply(scan.points()), world_from_base)
         ahead = world_from_base.inverse().apply(_ahead(self._path, here))
         return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen)
 
     def _plan(self, now: float, here: NDArray[np.float64]) -> None:
         """Take the path to the viewpoint of greatest gain over way; without any, the robot waits or has finished."""
         self._planned_at = now
-        grid = self._mapper.grid()
+        grid = self._fence.drawn_into(self._mapper.grid())
         routes = Routes(grid, here, self._radius)
         views = viewpoints(grid, routes)
         self._banned = [ban for ban in self._banned if ban[0] > now]

@@ -131,7 +131,9 @@ def _run(
     on_progress: Callable[[float], None] | None,
 ) -> Mission:
     lidar = settings.lidar
-    explorers = [Explorer(lidar, settings.limits, settings.radius, stopwatch) for _ in range(settings.robots)]
+    explorers = [
+        Explorer(lidar, settings.limits, settings.radius, stopwatch, world.fence) for _ in range(settings.robots)
+    ]
     recorders = [_Recorder() for _ in explorers]
     touches = np.zeros(settings.robots, dtype=np.int64)
     steps = math.ceil(1.0 / (lidar.rate * PHYSICS_STEP) - 1e-9)

@@ -13,7 +13,8 @@ from worlds.raster import touched_cells, true_raster
 from worlds.world import World
 
 SMALLEST_PART = 1.0
-"""Floor [m^2] of robot positions that counts as a part; less is a gap between things, and no robot starts there."""
+"""Floor [m^2] of robot positions that counts as a part, unless it is all there is; less is a gap between things, and
+no robot starts there."""
 CLEAR = 0.5
 """Distance of a start's centre to the nearest solid [m], at least."""
 
@@ -46,7 +47,8 @@ def find_floor(world: World, radius: float = 0.2, resolution: float = 0.05) -> F
     room = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] * resolution
     labels, _ = ndimage.label(room > radius, structure=_EIGHT)
     areas = np.bincount(labels.ravel())[1:] * resolution**2
-    order = [each for each in np.argsort(-areas, kind="stable") if areas[each] >= SMALLEST_PART]
+    by_area = np.argsort(-areas, kind="stable")
+    order = [each for each in by_area if areas[each] >= SMALLEST_PART] or list(by_area[:1])
     number = np.zeros(len(areas) + 1, dtype=np.int64)
     number[np.array(order, dtype=np.int64) + 1] = np.arange(1, len(order) + 1)
     return Floor(raster.frame, number[labels], room, tuple(float(areas[each]) for each in order))
