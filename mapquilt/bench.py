@@ -26,6 +26,7 @@ from mapquilt.sample import SampleSettings
 from merge.settings import MergeSettings
 from sim.bullet import RAY_HEIGHT, BulletScene
 from sim.mission import Mission, MissionSettings
+from worlds.families import make_world
 
 SEED = 7
 DURATION = 120.0
@@ -50,7 +51,7 @@ def main(arguments: list[str]) -> None:
 def bench_main_job(run: Path) -> Mission:
     """The main job's split: physics, rays, planning, mapping, merging."""
     settings = SampleSettings(seed=SEED)
-    mission = simulate_run(run, "office", MissionSettings(duration=DURATION), settings, SEED)
+    mission = simulate_run(run, make_world("office", SEED), MissionSettings(duration=DURATION), settings, SEED)
     merge_run(run, MergeSettings(), seed=0)
     score_run(run)
     timings = run_folder.read_timings(run / run_folder.TIMINGS_FILE)

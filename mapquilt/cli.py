@@ -18,11 +18,13 @@ from mapquilt.dataset.command import app as dataset_app
 from mapquilt.lidar_table import lidar_table
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
+from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
 from mapquilt.sample import Poses, SampleSettings, disguise_ranges
 from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
+from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.merger import merge_maps
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
@@ -39,6 +41,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+app.add_typer(worlds_app, name="worlds")
 
 Out = Annotated[Path, typer.Option("--out", help="Run folder to write; a run of mapquilt's there is replaced.")]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that `simulate` or `sense` wrote.")]
@@ -67,7 +71,7 @@ Unknown = Annotated[
 
 @app.command()
 def simulate(
-    world: Annotated[str, typer.Argument(help="World family, such as office.")],
+    world: WorldName,
     out: Out,
     robots: Annotated[int, typer.Option(help="Number of robots.")] = 3,
     seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 7,
@@ -83,15 +87,20 @@ def simulate(
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
+    width: Width = None,
+    height: Height = None,
+    plan_resolution: PlanResolution = None,
 ) -> int:
     """Drive robots through a world; leave their maps, their logs and the truth."""
+    place, warnings = open_place(world, seed, width, height, plan_resolution)
+    _warn(warnings)
     mission = MissionSettings(robots=robots, duration=duration, lidar=chosen_lidar(lidar, rate))
     disguise = disguise_ranges(scale, max_rotation, max_offset)
     alone = parse_components(components or [])
     sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, components=alone)
     with mission_progress(duration) as on_progress:
-        simulate_run(out, world, mission, sample, seed, on_progress)
-    print_table(f"{out}: {robots} maps of {world}, seed {seed}, {duration:g} s, noise {noise:g}")
+        simulate_run(out, place, mission, sample, seed, on_progress)
+    print_table(f"{out}: {robots} maps of {place.name}, seed {seed}, {duration:g} s, noise {noise:g}")
     return ALL_MERGED
 
 

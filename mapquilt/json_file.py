@@ -22,7 +22,7 @@ def _validator(kind: str) -> jsonschema.Draft202012Validator:
 
 def write_record(path: Path, kind: str, record: dict[str, Any]) -> None:
     """Write ``record`` aside and rename it into place, once it has been checked against the schema of its kind."""
-    _check(path, kind, record)
+    check_record(path, kind, record)
     write_bytes_aside(path, to_text(record).encode())
 
 
@@ -40,11 +40,12 @@ def read_record(path: Path, kind: str) -> dict[str, Any]:
         record = json.loads(path.read_text(encoding="utf-8"))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not JSON: {error}") from None
-    _check(path, kind, record)
+    check_record(path, kind, record)
     return dict(record)
 
 
-def _check(path: Path, kind: str, record: Any) -> None:
+def check_record(path: Path, kind: str, record: Any) -> None:
+    """Raise ``ValueError`` that names the file, and what is wrong where, if a record does not fit its kind's schema."""
     error = jsonschema.exceptions.best_match(_validator(kind).iter_errors(record))
     if error is not None:
         where = error.json_path.removeprefix("$").removeprefix(".") or "the record"

@@ -22,14 +22,14 @@ from merge.result import MergeResult
 from merge.settings import MergeSettings
 from sim.mission import Mission, MissionSettings, simulate
 from sim.mission_file import load_mission, save_mission
-from worlds.families import make_world
+from worlds.world import World
 
 SimulationProgress = Callable[[float], None]
 
 
 def simulate_run(
     out: Path,
-    world_name: str,
+    world: World,
     mission_settings: MissionSettings,
     sample_settings: SampleSettings,
     seed: int,
@@ -37,7 +37,6 @@ def simulate_run(
 ) -> Mission:
     """Drive the robots, sense, map, disguise, and write the whole run."""
     run_folder.refuse_foreign(out)
-    world = make_world(world_name, seed)
     mission, times = simulate(world, mission_settings, seed, on_progress)
     write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)})
     return mission

@@ -11,6 +11,7 @@ from mapping.seeds import Role, stream
 from worlds.cave import cave
 from worlds.corridor_loop import corridor_loop
 from worlds.disjoint import disjoint
+from worlds.floor import LARGEST
 from worlds.hospital import hospital
 from worlds.house import house
 from worlds.layout import Layout
@@ -24,9 +25,6 @@ from worlds.thesis_hall import SIZE as HALL_SIZE
 from worlds.thesis_hall import thesis_hall
 from worlds.warehouse import warehouse
 from worlds.world import World
-
-LARGEST = 500.0
-"""No world is wider or higher than this [m]."""
 
 
 @dataclass(frozen=True)

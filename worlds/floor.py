@@ -15,6 +15,8 @@ from worlds.world import World
 SMALLEST_PART = 1.0
 """Floor [m^2] of robot positions that counts as a part, unless it is all there is; less is a gap between things, and
 no robot starts there."""
+LARGEST = 500.0
+"""No world is wider or higher than this [m]."""
 CLEAR = 0.5
 """Distance of a start's centre to the nearest solid [m], at least."""
 
@@ -57,9 +59,12 @@ def find_floor(world: World, radius: float = 0.2, resolution: float = 0.05) -> F
 def require_drivable(world: World, radius: float = 0.2) -> World:
     """The same world, if robots of ``radius`` [m] can explore it.
 
-    Raises ``ValueError`` saying what is wrong and where: nowhere to stand, more or fewer parts than the world states,
-    a way out of its rectangle, or a start that stands less than 0.5 m clear.
+    Raises ``ValueError`` saying what is wrong and where: a size over 500 m, nowhere to stand, more or fewer parts than
+    the world states, a way out of its rectangle, or a start that stands less than 0.5 m clear.
     """
+    for name, value in zip(("width", "height"), world.size, strict=True):
+        if value > LARGEST:
+            raise ValueError(f"world {world.name!r}: {name} is {value:g} m, must be at most {LARGEST:g} m")
     floor = find_floor(world, radius)
     if not floor.areas:
         raise ValueError(f"world {world.name!r}: no free floor on which a robot of {radius:g} m radius could stand")
