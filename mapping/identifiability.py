@@ -21,7 +21,7 @@ COARSE_RESOLUTION = 0.2
 TOLERANCE = 0.3
 """Walls closer than this agree; walls deeper than this in free space contradict [m]."""
 
-ROTATION_STEP_DEG = 2
+ROTATION_STEP_DEG = 3
 NEAR_DISTANCE = 1.0
 NEAR_ANGLE_DEG = 10
 NEARLY_AS_WELL = 0.9
@@ -50,6 +50,13 @@ class _Layers:
     wide: NDArray[np.float32]
     free: NDArray[np.float32]
 
+    def cropped(self) -> tuple[_Layers, NDArray[np.float64]]:
+        """The part that holds anything, and its first cell's x and y."""
+        rows, cols = np.nonzero(self.walls + self.wide + self.free)
+        window = np.s_[rows.min() : rows.max() + 1, cols.min() : cols.max() + 1]
+        cut = _Layers(self.walls[window], self.wide[window], self.free[window])
+        return cut, np.array([cols.min(), rows.min()], np.float64)
+
     def turned(self, angle: float, centre: NDArray[np.float64], side: int) -> _Layers:
         """Turned by an angle [rad] about ``centre`` (x, y in cells), which comes to lie mid in a square canvas."""
         c, s = math.cos(angle), math.sin(angle)
@@ -74,13 +81,13 @@ def identifiability(target: OccupancyGrid, source: OccupancyGrid) -> Identifiabi
     tolerance, misses walls deep in its free space (squared, because exact rasters leave no excuse for a miss);
     distance is that of the middle of the area that both saw.
 
-    Raises ``ValueError`` where the rasters differ in frame.
+    Footprints that share no cell agree by 0. Raises ``ValueError`` where the rasters differ in frame.
     """
     if target.frame != source.frame:
         raise ValueError("identifiability: the two footprints must be rasters of one frame")
     fixed, moving = _layers(target), _layers(source)
     walls = float(fixed.walls.sum() + moving.walls.sum())
-    if fixed.walls.sum() == 0 or moving.walls.sum() == 0:
+    if fixed.walls.sum() == 0 or moving.walls.sum() == 0 or not (target.known & source.known).any():
         return Identifiability(0.0, 0.0)
     centre = _middle(target, source)
     side = 2 * math.ceil(_reach(moving, centre)) + 3
@@ -114,8 +121,7 @@ def _pool(mask: NDArray[np.bool_], step: int, share: float = 0.0) -> NDArray[np.
 
 
 def _middle(target: OccupancyGrid, source: OccupancyGrid) -> NDArray[np.float64]:
-    both = target.known & source.known
-    rows, cols = np.nonzero(both if both.any() else source.known)
+    rows, cols = np.nonzero(target.known & source.known)
     fine = target.frame.resolution / COARSE_RESOLUTION
     # The middle of a coarse cell, so that without a turn the cells fall exactly onto themselves.
     return np.floor(np.array([cols.mean() + 0.5, rows.mean() + 0.5]) * fine) + 0.5
@@ -130,6 +136,7 @@ class _Search:
     """Agreement over all shifts at once, by correlation in the frequency domain."""
 
     def __init__(self, fixed: _Layers, side: int) -> None:
+        fixed, self.corner = fixed.cropped()
         rows, cols = fixed.walls.shape
         self.side = side
         self.shape = (fft.next_fast_len(rows + side, real=True), fft.next_fast_len(cols + side, real=True))
@@ -139,7 +146,8 @@ class _Search:
         return np.asarray(fft.rfft2(layer, self.shape), np.complex64)
 
     def agreements(self, moving: _Layers, total_walls: float) -> NDArray[np.float64]:
-        """Agreement at each shift (rows, cols), cyclic: entry [0, 0] lays the canvas on the raster's first cell."""
+        """Agreement at each shift (rows, cols), cyclic: entry [0, 0] lays the canvas on the first cell of the
+        raster's cropped part."""
         walls, wide, free = (self._spectrum(layer).conj() for layer in (moving.walls, moving.wide, moving.free))
         hits = np.maximum(fft.irfft2(walls * self.wide + wide * self.walls, self.shape), 0.0)
         misses = np.maximum(fft.irfft2(walls * self.free + free * self.walls, self.shape), 0.0)
@@ -148,7 +156,7 @@ class _Search:
 
     def near(self, centre: NDArray[np.float64], radius: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Shifts that leave the canvas's middle within ``radius`` cells of where it truly lies."""
-        true = np.rint(centre - self.side / 2.0)
+        true = np.rint(centre - self.side / 2.0) - self.corner
         span = np.arange(-math.ceil(radius) - 1, math.ceil(radius) + 2)
         rows, cols = np.meshgrid(true[1] + span, true[0] + span, indexing="ij")
         inside = np.hypot(rows - true[1], cols - true[0]) <= radius

@@ -73,7 +73,7 @@ def run_all(
                     error = future.exception()
                     yield running.pop(future), future.result() if error is None else error
             if broken:
-                executor.shutdown(wait=False, cancel_futures=True)
+                executor.shutdown(wait=False)
                 executor = make_executor()
                 # Who broke the pool cannot be told: all that was handed out counts as tried.
                 for task in running.values():
@@ -84,7 +84,9 @@ def run_all(
                 for task in given_up:
                     yield task, RuntimeError(f"the worker died, {MOST_TRIES} times")
     finally:
-        executor.shutdown(wait=False, cancel_futures=True)
+        for future in running:
+            future.cancel()
+        executor.shutdown(wait=False)
         if running or waiting:  # left early: by an interrupt, or because the results cannot be kept
             for worker in multiprocessing.active_children():
                 worker.terminate()

@@ -1,0 +1,84 @@
+"""Executors: a worker that dies loses nothing, and gives up after three times."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from mapquilt.dataset.executor import MOST_TRIES, process_pool, run_all
+from tests.mapquilt.conftest import hashes
+
+
+def square(number):
+    return number * number
+
+
+def die_once(path):
+    if not path.exists():
+        path.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "alive"
+
+
+def always_die(number):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def fail(number):
+    raise ValueError(f"no {number}")
+
+
+def test_every_task_comes_once():
+    results = dict(run_all(lambda: process_pool(2), square, list(range(20)), 2))
+    assert results == {number: number * number for number in range(20)}
+
+
+def test_a_worker_that_dies_is_replaced_and_its_work_done(tmp_path):
+    paths = [tmp_path / str(k) for k in range(2)]
+    assert dict(run_all(lambda: process_pool(1), die_once, paths, 1)) == dict.fromkeys(paths, "alive")
+
+
+def test_work_that_kills_its_worker_is_given_up_after_three_times():
+    ((task, error),) = run_all(lambda: process_pool(1), always_die, [7], 1)
+    assert task == 7
+    assert isinstance(error, RuntimeError)
+    assert str(MOST_TRIES) in str(error)
+
+
+def test_errors_come_with_their_task():
+    results = dict(run_all(lambda: ThreadPoolExecutor(1), fail, [1, 2], 1))
+    assert {task: str(error) for task, error in results.items()} == {1: "no 1", 2: "no 2"}
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A Dask scheduler and two workers, processes of their own on this machine."""
+    file = tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    processes = [subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", str(file)], stderr=subprocess.DEVNULL)]
+    while not file.exists():
+        time.sleep(0.1)
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
+    quiet = {"stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    processes += [subprocess.Popen([*worker, "--nthreads", "1", "--no-dashboard"], **quiet) for _ in range(2)]
+    yield json.loads(file.read_text())["address"], processes
+    for process in reversed(processes):
+        process.terminate()
+        process.wait(timeout=20)
+
+
+def test_a_cluster_makes_the_same_bytes_even_if_a_worker_is_killed(cluster, tiny, spec_file, tmp_path):
+    address, processes = cluster
+    arguments = ["dataset", "make", str(spec_file), "--out", str(tmp_path / "data"), "--scheduler", address]
+    making = subprocess.Popen([sys.executable, "-m", "mapquilt", *arguments])
+    while not (tmp_path / "data/.lock").exists():
+        time.sleep(0.1)
+    time.sleep(2.0)
+    processes[1].kill()
+    assert making.wait(timeout=120) == 0
+    assert hashes(tmp_path / "data") == hashes(tiny)

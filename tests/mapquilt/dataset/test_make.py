@@ -1,0 +1,321 @@
+"""Making data sets: the same bytes by any way of making them, and nothing lost whatever stops it."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import mapquilt
+from mapquilt.dataset import group
+from mapquilt.dataset.journal import locked
+from mapquilt.dataset.manifest import read_manifest
+from mapquilt.dataset.plan import plan_dataset
+from mapquilt.dataset.spec import READY, load_spec, ready_spec
+from tests.mapquilt.conftest import command, hashes
+from tests.mapquilt.test_cli import refused
+
+
+def make(spec, out, workers=1):
+    return [
+        sys.executable,
+        "-m",
+        "mapquilt",
+        "dataset",
+        "make",
+        str(spec),
+        "--out",
+        str(out),
+        "--workers",
+        str(workers),
+    ]
+
+
+def test_two_workers_make_the_same_bytes(tiny, spec_file, tmp_path):
+    subprocess.run(make(spec_file, tmp_path / "two", 2), check=True)
+    assert hashes(tmp_path / "two") == hashes(tiny)
+
+
+def test_making_a_finished_data_set_again_changes_nothing(tiny, spec_file, tmp_path):
+    copy = shutil.copytree(tiny, tmp_path / "copy")
+    stamps = {path: path.stat().st_mtime_ns for path in copy.rglob("*")}
+    assert command("dataset", "make", spec_file, "--out", copy) == 0
+    assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == stamps
+
+
+def test_killed_at_twenty_random_instants_it_ends_the_same_to_the_byte(tiny, spec_file, tmp_path):
+    """Each attempt is killed, with its workers' pipes open, somewhere between its start and its end."""
+    instants = random.Random(20)
+    start = time.monotonic()
+    subprocess.run(make(spec_file, tmp_path / "whole"), check=True)
+    whole = time.monotonic() - start
+    out = tmp_path / "killed"
+    for _ in range(20):
+        process = subprocess.Popen(make(spec_file, out))
+        try:
+            process.wait(timeout=instants.uniform(0.3, 1.0) * whole)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        else:
+            assert process.returncode == 0
+            assert hashes(out) == hashes(tiny)
+            shutil.rmtree(out)
+    subprocess.run(make(spec_file, out), check=True)
+    assert hashes(out) == hashes(tiny)
+
+
+def test_any_cut_of_the_journal_and_any_lost_sample_ends_the_same(tiny, spec_file, tmp_path):
+    """What a kill, or a disk that lost its last writes, can leave: a journal cut anywhere, folders missing."""
+    manifest = read_manifest(tiny)
+    lines = [
+        {
+            "group": index,
+            "records": [record for record in (*manifest.missions, *manifest.samples) if record["mission"] == name],
+            "failures": [],
+        }
+        for index, name in enumerate(mission["mission"] for mission in manifest.missions)
+    ]
+    journal = "".join(json.dumps(line) + "\n" for line in lines).encode()
+    for cut in (0, 10, len(journal) // 2, len(journal) - 1, len(journal)):
+        out = shutil.copytree(tiny, tmp_path / str(cut))
+        (out / "manifest.jsonl").unlink()
+        (out / ".journal.jsonl").write_bytes(journal[:cut])
+        shutil.rmtree(out / "samples/000002")
+        (out / "samples/000004/maps.json").write_text("{}")
+        (out / "samples/.000005.0.part").mkdir()
+        assert command("dataset", "make", spec_file, "--out", out) == 0
+        assert hashes(out) == hashes(tiny)
+
+
+def test_an_interrupt_says_how_to_go_on(spec_file, tmp_path):
+    process = subprocess.Popen(make(spec_file, tmp_path / "data", 2), stderr=subprocess.PIPE, start_new_session=True)
+    while not (tmp_path / "data/.lock").exists():
+        time.sleep(0.1)
+    time.sleep(1.0)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"goes on" in errors
+    assert b"Traceback" not in errors
+
+
+def test_a_sample_is_made_again_alone_bit_for_bit(tiny, tmp_path):
+    assert command("dataset", "remake", tiny, "000003", "--out", tmp_path / "again") == 0
+    assert hashes(tmp_path / "again/samples/000003") == hashes(tiny / "samples/000003")
+
+
+def test_another_specification_or_a_foreign_folder_is_refused(tiny, spec_file, tmp_path, capsys):
+    other = tmp_path / "other.yaml"
+    other.write_text(spec_file.read_text().replace("seed: 5", "seed: 6"))
+    assert "another specification" in refused(capsys, "dataset", "make", other, "--out", tiny)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/thesis.tex").touch()
+    assert "not empty" in refused(capsys, "dataset", "make", other, "--out", tmp_path / "mine")
+
+
+def test_two_at_once_in_one_folder_are_refused(spec_file, tmp_path, capsys):
+    out = tmp_path / "data"
+    process = subprocess.Popen(make(spec_file, out))
+    while not (out / ".lock").exists():
+        time.sleep(0.05)
+    time.sleep(0.2)
+    line = refused(capsys, "dataset", "make", spec_file, "--out", out)
+    assert "another mapquilt" in line
+    assert process.wait(timeout=120) == 0
+
+
+def test_the_lock_dies_with_its_holder(tmp_path):
+    with locked(tmp_path):
+        pass
+    with locked(tmp_path):
+        pass
+
+
+def test_a_full_disk_damages_nothing(tiny, spec_file, tmp_path):
+    limited = f"ulimit -f 60; exec {' '.join(make(spec_file, tmp_path / 'data'))}"
+    done = subprocess.run(["bash", "-c", limited], check=False, capture_output=True, text=True)
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert command("dataset", "make", spec_file, "--out", tmp_path / "data") == 0
+    assert hashes(tmp_path / "data") == hashes(tiny)
+
+
+def test_a_failing_sample_is_recorded_and_stops_nothing(tmp_path):
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(
+        "name: some-fail\nmissions:\n"
+        "  - {world: office, count: 1, robots: 1, duration: 1}\n"
+        "  - {world: office, count: 1, robots: 1, duration: 2}\n"
+        "samples: {per_mission: 2, parts: [1, 20]}\n"
+    )
+    assert command("dataset", "make", spec, "--out", tmp_path / "data", "--workers", 1) == 0
+    failures = [json.loads(line) for line in (tmp_path / "data/failures.jsonl").read_text().splitlines()]
+    manifest = read_manifest(tmp_path / "data")
+    assert len(failures) == 1
+    assert "20" in failures[0]["reason"]
+    assert len(manifest.samples) == 3
+
+
+def test_verify_finds_what_changed(tiny, tmp_path, capsys):
+    copy = shutil.copytree(tiny, tmp_path / "copy")
+    assert command("dataset", "verify", copy) == 0
+    (copy / "samples/000000/robot_0/map.pgm").unlink()
+    (copy / "samples/000001/truth.json").write_text("{}")
+    (copy / "samples/000001/note.txt").touch()
+    capsys.readouterr()
+    assert command("dataset", "verify", copy) == 1
+    printed = capsys.readouterr().out
+    for text in ("robot_0/map.pgm: is missing", "truth.json: has changed", "note.txt: is in no record"):
+        assert text in printed
+
+
+def test_the_manifest_names_no_time_host_or_path(tiny):
+    text = (tiny / "manifest.jsonl").read_text() + (tiny / "spec.json").read_text() + (tiny / "README.md").read_text()
+    assert str(tiny) not in text
+    assert os.uname().nodename not in text
+    assert not any(path.name == "timings.json" for path in tiny.rglob("*"))
+
+
+def test_samples_are_runs_that_every_command_takes(tiny, tmp_path):
+    copy = shutil.copytree(tiny, tmp_path / "copy")
+    sample = copy / "samples/000001"
+    assert command("merge", sample) in (0, 1)
+    assert command("score", sample) == 0
+    assert (sample / "overview.png").exists()
+
+
+def test_every_seed_is_a_function_of_the_root_and_the_number():
+    spec = load_spec("standard")
+    plan = plan_dataset(spec)
+    seeds = [sample.settings.seed for mission in plan.missions for sample in mission.samples]
+    assert len(set(seeds)) == len(seeds)
+    assert len({mission.seed for mission in plan.missions}) == len(plan.missions)
+    assert plan_dataset(spec) == plan
+    other = plan_dataset(spec.model_copy(update={"seed": spec.seed + 1}))
+    assert not {mission.seed for mission in other.missions} & {mission.seed for mission in plan.missions}
+
+
+@pytest.mark.parametrize("name", READY)
+def test_ready_specifications_are_balanced_and_commented(name):
+    spec = load_spec(name)
+    assert ready_spec(name).startswith("#")
+    plan = plan_dataset(spec)
+    levels = [sample.settings.noise for mission in plan.missions for sample in mission.samples]
+    counts = [levels.count(level) for level in spec.samples.noise]
+    assert max(counts) - min(counts) <= 0.1 * max(counts) + 1
+    splits = [mission.split for mission in plan.missions]
+    for split, share in spec.splits.items():
+        assert splits.count(split) / len(splits) == pytest.approx(share / sum(spec.splits.values()), abs=0.11)
+
+
+def test_negatives_are_of_two_worlds_in_one_split():
+    plan = plan_dataset(load_spec("standard"))
+    mission_of = {sample.name: mission for mission in plan.missions for sample in mission.samples}
+    assert len(plan.negatives) >= 300
+    for pair in plan.negatives:
+        target, source = mission_of[pair.target[0]], mission_of[pair.source[0]]
+        assert target.index != source.index
+        assert target.split == source.split == pair.split
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("seed: 5", "seed: -5"), ("seed", "-5")),
+        (("count: 3", "count: 0"), ("missions.0.count", "0")),
+        (("noise: [0, 1]", "noise: [nan]"), ("samples.noise", "nan")),
+        (("noise: [0, 1]", "noise: []"), ("noise",)),
+        (("noise: [0, 1]", "parts: [0]"), ("parts", "0")),
+        (("noise: [0, 1]", "magic: 1"), ("samples.magic",)),
+        (("other_worlds: 2", "other_worlds: many"), ("other_worlds", "many")),
+        (("name: tiny", "name: ../evil"), ("name",)),
+        (("splits: {train: 0.67, test: 0.33}", "splits: {}"), ("splits",)),
+        (("missions:", "missions: ["), ("YAML",)),
+    ],
+)
+def test_bad_specifications_name_the_field_and_the_value(capsys, spec_file, tmp_path, change, expected):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(spec_file.read_text().replace(*change))
+    line = refused(capsys, "dataset", "make", bad, "--out", tmp_path / "data")
+    assert all(text in line for text in ("bad.yaml", *expected)), line
+    assert not (tmp_path / "data").exists()
+
+
+def test_init_writes_a_specification_that_loads(tmp_path, capsys):
+    path = tmp_path / "mine.yaml"
+    assert command("dataset", "init", path, "--from", "standard") == 0
+    assert load_spec(str(path)) == load_spec("standard")
+    capsys.readouterr()
+    assert "exists" in refused(capsys, "dataset", "init", path)
+
+
+def test_loader_gives_typed_lazy_samples_and_pairs(tiny):
+    data = mapquilt.load_dataset(tiny)
+    train, test = (mapquilt.load_dataset(tiny, split=split) for split in ("train", "test"))
+    assert len(data.samples) == len(train.samples) + len(test.samples) == 6
+    assert len(data.pairs) == len(train.pairs) + len(test.pairs)
+    assert sum(pair.target_from_source is None for pair in data.pairs) == 2
+    pair = next(pair for pair in data.pairs if pair.target_from_source is not None)
+    truth = data.samples[0].truth()
+    assert (
+        pair.target_from_source
+        == truth.pairs[pair.target_path.parent.name, pair.source_path.parent.name].target_from_source
+    )
+    assert np.array_equal(pair.target.log_odds, data.samples[0].maps().grids[0].log_odds)
+    assert len(pair.map_set()) == 2
+    assert not pair.map_set().resolutions_trusted
+
+
+def test_a_torch_style_dataset_takes_five_lines(tiny):
+    class Pairs:
+        def __init__(self, folder, split):
+            self.pairs = mapquilt.load_dataset(folder, split).pairs
+
+        def __len__(self):
+            return len(self.pairs)
+
+        def __getitem__(self, index):
+            pair = self.pairs[index]
+            return pair.target.occupancy(), pair.source.occupancy(), pair.target_from_source
+
+    pairs = Pairs(tiny, "train")
+    assert len(pairs) > 4
+    assert pairs[0][0].dtype == np.int8
+
+
+def test_unknown_split_lists_those_there_are(tiny):
+    with pytest.raises(ValueError, match="test, train"):
+        mapquilt.load_dataset(tiny, "exam")
+
+
+def test_pairs_are_listed_by_stratum(tiny, capsys):
+    assert command("dataset", "pairs", tiny, "--noise", 0, "--split", "train") == 0
+    printed = capsys.readouterr().out
+    assert " test " not in printed
+    assert "pairs" in printed
+    assert "--overlap" in refused(capsys, "dataset", "pairs", tiny, "--overlap", "0.6:0.3")
+
+
+def test_pairs_are_of_different_robots(tiny):
+    for sample in read_manifest(tiny).samples:
+        robot = {one["name"]: one["robot"] for one in sample["maps"]}
+        assert all(robot[pair["target"]] != robot[pair["source"]] for pair in sample["pairs"])
+        assert len(sample["pairs"]) == sample["settings"]["parts"] ** 2
+
+
+def test_groups_are_functions_of_their_plan_alone():
+    plan = plan_dataset(load_spec("smoke")).missions[0]
+    short = plan.__class__(
+        plan.index, plan.missions.model_copy(update={"duration": 2.0}), plan.seed, plan.split, plan.samples
+    )
+    with ThreadPoolExecutor(1) as pool:
+        elsewhere = pool.submit(group.make_group, short).result()
+    assert elsewhere == group.make_group(short)
