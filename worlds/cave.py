@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 from skimage import measure, morphology
 
@@ -21,6 +21,8 @@ WAY = 0.6
 """Half the width of the narrowest way that is kept [m]."""
 LEAST_ROCK = 0.5
 """Rock that stands alone and is smaller than this [m^2] is left out."""
+THINNEST = 0.3
+"""No half of the rock leaves a splinter thinner than this where it is cut [m]."""
 LAP = 1e-4
 """How far the halves of the rock reach over the line between them [m], so that no ray passes."""
 
@@ -28,8 +30,8 @@ LAP = 1e-4
 def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) -> Layout:
     """Draw a cave of ``width`` x ``height`` [m]: chambers, ways over 1 m wide and boulders, nowhere a straight line.
 
-    The rock is smoothed noise above a threshold. It is drawn in a left and a right half, as rock around a hollow is no
-    simple polygon: only their sides in the rock and on the world's border are straight. Raises ``ValueError`` below
+    The rock is smoothed noise above a threshold. What lies around the hollow is drawn in halves, as it is no simple
+    polygon: only their sides in the rock and on the world's border are straight. Raises ``ValueError`` below
     12 x 12 m.
     """
     require_size("cave", width, height, (12.0, 12.0))
@@ -51,8 +53,8 @@ def _hollow(rng: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.bool
         start=np.zeros(shape),
     )
     to_border = ndimage.distance_transform_edt(np.pad(np.ones(shape, dtype=np.bool_), 1))[1:-1, 1:-1] * CELL
-    noise += 5.0 * np.exp(-to_border / RIM)
-    free = (noise < np.quantile(noise, 0.58)) & (to_border > RIM / 2.0)
+    noise += 9.0 * np.exp(-to_border / RIM)
+    free = (noise < np.quantile(noise, 0.56)) & (to_border > RIM / 2.0)
     disc = morphology.disk(round(WAY / CELL))  # type: ignore[no-untyped-call]
     labels, count = ndimage.label(ndimage.binary_erosion(free, disc))
     if count == 0:
@@ -75,33 +77,41 @@ def _unit(noise: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _outlines(field: NDArray[np.float64], size: tuple[float, float]) -> list[Polygon]:
-    """Where the field, (rows, cols) over the world, is positive: simple polygons, cut at the column in the middle."""
-    rows, cols = field.shape
-    scale = np.array((size[0] / (cols - 1), size[1] / (rows - 1)))
-    cut = _cut_column(field)
+    """Where the field, (rows, cols) over the world, is positive: boulders whole, the rock around them in two halves."""
+    labels, _ = ndimage.label(field > 0.0)
+    around = labels == labels[0, 0]
+    scale = np.array((size[0] / (field.shape[1] - 1), size[1] / (field.shape[0] - 1)))
+    boulders = _contours(np.where(around, -np.abs(field), field), np.zeros(2), scale)
+    rock = np.where(around, field, -np.abs(field))
+    middle = field.shape[1] / 2.0
+    cuts = [column for column in range(1, field.shape[1] - 1) if (rock[:, column] < 0.0).any()]
+    halves: list[Polygon] = []
+    for cut in sorted(cuts, key=lambda column: abs(column - middle)):
+        halves = _halves(rock, cut, scale, size)
+        if all(np.ptp(half, axis=0).min() >= THINNEST for half in halves):
+            break
+    return boulders + halves
+
+
+def _halves(
+    rock: NDArray[np.float64], cut: int, scale: NDArray[np.float64], size: tuple[float, float]
+) -> list[Polygon]:
+    """The rock left and right of a column, through which its hollow passes, or it would have a hole still."""
     outlines = []
-    for first, stop in ((0, cut + 1), (cut, cols)):
-        walled = np.pad(field[:, first:stop], 1, constant_values=-1e9)
-        low, high = np.array((first, 0)) * scale, np.array((stop - 1, rows - 1)) * scale
-        lap = np.array((LAP, 0.0))
-        contours = measure.find_contours(walled, 0.0)  # type: ignore[no-untyped-call]
-        for contour in contours:
-            corners = (contour[:-1, ::-1] - 1.0 + (first, 0)) * scale
-            corners = np.where(corners < low + LAP, low - lap, np.where(corners > high - LAP, high + lap, corners))
-            polygon = _tidy(np.clip(corners, 0.0, size))
-            if len(polygon) >= 3 and abs(signed_area(polygon)) >= 0.05:
-                outlines.append(frozen_array(polygon if signed_area(polygon) > 0.0 else polygon[::-1], np.float64))
+    lap = np.array((LAP, 0.0))
+    for first, stop in ((0, cut + 1), (cut, rock.shape[1])):
+        low, high = np.array((first, 0)) * scale, np.array((stop - 1, len(rock) - 1)) * scale
+        for corners in _contours(np.pad(rock[:, first:stop], 1, constant_values=-1e9), (first - 1.0, -1.0), scale):
+            moved = np.where(corners < low + LAP, low - lap, np.where(corners > high - LAP, high + lap, corners))
+            outlines.append(frozen_array(_tidy(np.clip(moved, 0.0, size)), np.float64))
     return outlines
 
 
-def _cut_column(field: NDArray[np.float64]) -> int:
-    """A column near the middle; every hollow of both halves then reaches it, or rock would have a hole."""
-    middle = field.shape[1] // 2
-    return next(
-        column
-        for column in sorted(range(1, field.shape[1] - 1), key=lambda each: abs(each - middle))
-        if (field[:, column] < 0.0).any()
-    )
+def _contours(field: NDArray[np.float64], first: ArrayLike, scale: NDArray[np.float64]) -> list[Polygon]:
+    """The outlines of what is positive, [m], counter-clockwise; ``first`` is column and row of cell (0, 0)."""
+    contours = measure.find_contours(field, 0.0)  # type: ignore[no-untyped-call]
+    polygons = [_tidy((contour[:-1, ::-1] + np.asarray(first)) * scale) for contour in contours]
+    return [frozen_array(each if signed_area(each) > 0.0 else each[::-1], np.float64) for each in polygons]
 
 
 def _tidy(corners: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -22,9 +22,9 @@ def disjoint(rng: np.random.Generator, width: float = 40.0, height: float = 25.0
     maze and a hall, in any order.
 
     Robots begin in places of their own as far as there are enough, so that any merge of two such maps is wrong. Raises
-    ``ValueError`` below 22 x 22 m.
+    ``ValueError`` below 21 x 21 m.
     """
-    require_size("disjoint", width, height, (22.0, 22.0))
+    require_size("disjoint", width, height, (21.0, 21.0))
     part = ((width - ROCK) / 2.0, (height - ROCK) / 2.0)
     pieces: list[Polygon] = [
         box(part[0], 0.0, part[0] + ROCK, height),

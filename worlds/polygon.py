@@ -33,7 +33,7 @@ def disc(x: float, y: float, radius: float, corners: int = 16) -> Polygon:
 
 def edges(polygon: Polygon) -> NDArray[np.float64]:
     """The sides, (N, 2, 2): start and end [m] of each, the last one closing the polygon."""
-    return np.stack((polygon, np.roll(polygon, -1, axis=0)), axis=1)
+    return np.stack((polygon, np.concatenate((polygon[1:], polygon[:1]))), axis=1)
 
 
 def signed_area(polygon: Polygon) -> float:
