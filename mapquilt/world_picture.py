@@ -16,7 +16,7 @@ from mapquilt.png import figure_png
 from worlds.families import FAMILIES, make_world
 from worlds.world import World
 
-SOLID, FENCE = "#3a3f46", "#D55E00"
+SOLID, FENCE = "#3a3f46", "#b3007d"
 SHEET_COLUMNS = 4
 
 
@@ -35,8 +35,8 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
         colour = robot_colour(index)
         panel.annotate("", tip, (start.x, start.y), arrowprops={"arrowstyle": "->", "color": colour, "lw": 1.6})
         panel.plot(start.x, start.y, "o", color=colour, markersize=6, markeredgecolor="white", label=f"robot_{index}")
-    _dimension(panel, (0.0, -0.035 * max(world.size)), (width, -0.035 * max(world.size)), f"{width:g} m")
-    _dimension(panel, (-0.035 * max(world.size), 0.0), (-0.035 * max(world.size), height), f"{height:g} m")
+    _dimension(panel, (0.0, -0.06 * max(world.size)), (width, -0.06 * max(world.size)), f"{width:g} m")
+    _dimension(panel, (-0.06 * max(world.size), 0.0), (-0.06 * max(world.size), height), f"{height:g} m")
     panel.set_title(f"{world.name}, seed {seed}: {len(world.obstacles)} solids", fontsize=10, color=INK, loc="left")
     if starts:
         panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)

@@ -19,8 +19,10 @@ RIM = 1.2
 """How far the rock grows in from the border [m]; half of that it always does."""
 WAY = 0.6
 """Half the width of the narrowest way that is kept [m]."""
+ROUGH = 0.05
+"""How rough the walls are: the standard deviation of a noise on a field that goes from 0 to 1 within half a metre."""
 LEAST_ROCK = 0.5
-"""Rock that stands alone and is smaller than this [m^2] is left out."""
+"""Rock that stands alone and is smaller than this [m^2] is left out; smoothed, half of it."""
 THINNEST = 0.3
 """No half of the rock leaves a splinter thinner than this where it is cut [m]."""
 LAP = 1e-4
@@ -42,6 +44,7 @@ def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) ->
     rows, cols = round(height / STEP) + 1, round(width / STEP) + 1
     y, x = np.meshgrid(np.linspace(0, shape[0] - 1, rows), np.linspace(0, shape[1] - 1, cols), indexing="ij")
     rock = ndimage.gaussian_filter((~hollow).astype(np.float64), 0.25 / CELL)
+    rock += ROUGH * _unit(ndimage.gaussian_filter(rng.normal(size=shape), 0.4 / CELL))
     field = ndimage.map_coordinates(rock, (y, x), order=1) - 0.5
     return Layout(tuple(_outlines(field, (width, height))))
 
@@ -82,6 +85,7 @@ def _outlines(field: NDArray[np.float64], size: tuple[float, float]) -> list[Pol
     around = labels == labels[0, 0]
     scale = np.array((size[0] / (field.shape[1] - 1), size[1] / (field.shape[0] - 1)))
     boulders = _contours(np.where(around, -np.abs(field), field), np.zeros(2), scale)
+    boulders = [each for each in boulders if signed_area(each) >= LEAST_ROCK / 2.0]
     rock = np.where(around, field, -np.abs(field))
     middle = field.shape[1] / 2.0
     cuts = [column for column in range(1, field.shape[1] - 1) if (rock[:, column] < 0.0).any()]

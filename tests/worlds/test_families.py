@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sim.starts import random_starts
+from mapping.seeds import Role, stream
 from worlds.families import FAMILIES, make_world
-from worlds.floor import CLEAR, find_floor, require_drivable
+from worlds.floor import find_floor, require_drivable
 from worlds.floor_plan import FloorPlan
 from worlds.hospital import hospital_plan
 from worlds.partition import partition
@@ -49,19 +49,6 @@ def _thickness(polygon: np.ndarray) -> float:
     normal = np.stack((-along[:, 1], along[:, 0]), axis=-1) / np.hypot(*along.T)[:, None]
     depth = np.einsum("sk,psk->ps", normal, polygon[:, None] - start)
     return math.inf if depth.min() < -1e-9 else float(depth.max(axis=0).min())
-
-
-@pytest.mark.parametrize("name", FAMILIES)
-def test_starts_stand_clear_inside_and_apart(name: str) -> None:
-    for seed in list(SEEDS[name])[:4]:
-        world = named(name, seed)
-        starts = random_starts(np.random.default_rng(seed), world, 4)
-        places = np.array([(start.x, start.y) for start in starts])
-        assert world.clearance(places).min() >= CLEAR
-        gaps = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
-        assert gaps[np.triu_indices(4, 1)].min() >= 2.0 * CLEAR
-        for start, own in zip(starts, world.starts, strict=False):
-            assert start == own or name == "thesis_hall"
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -121,8 +108,6 @@ def test_every_room_has_a_door_of_90_cm_that_is_open_in_the_bare_building(seed: 
 @pytest.mark.parametrize("seed", range(6))
 def test_furniture_leaves_doors_of_the_thesis_floor_open(seed: int) -> None:
     world = named("thesis_floor", seed)
-    from mapping.seeds import Role, stream
-
     plan = thesis_floor_plan(stream(seed, Role.WORLD), *world.size)
     for door in plan.doors:
         across = np.array((0.0, 1.0)) if door.along_x else np.array((1.0, 0.0))
@@ -161,17 +146,6 @@ def test_a_symmetric_world_is_itself_after_half_a_turn_and_no_mirror_image(seed:
     occupied = true_raster(named("symmetric", seed)).occupied
     assert np.array_equal(occupied, occupied[::-1, ::-1])
     assert (occupied != occupied[::-1]).sum() > 0.2 * occupied.sum()
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_robots_of_a_disjoint_world_begin_in_places_of_their_own(seed: int) -> None:
-    world = named("disjoint", seed)
-    floor = find_floor(world)
-    starts = random_starts(np.random.default_rng(seed), world, 6)
-    cells = floor.frame.cells_from_metres([(start.x, start.y) for start in starts])
-    parts = floor.part[tuple(cells.T)].tolist()
-    assert sorted(parts[:4]) == [1, 2, 3, 4]
-    assert parts[4:] == parts[:2]
 
 
 @pytest.mark.parametrize("seed", SEEDS["outdoor"])
