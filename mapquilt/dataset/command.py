@@ -12,7 +12,7 @@ from mapping.atomic import write_bytes_aside
 from mapquilt.dataset.card import draw_figures
 from mapquilt.dataset.executor import MakeExecutor, dask_cluster, process_pool
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
-from mapquilt.dataset.make import make_dataset
+from mapquilt.dataset.make import FAILURES_FILE, make_dataset
 from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
@@ -51,7 +51,10 @@ def make(
         str | None, typer.Option(help="Dask scheduler to work on instead, such as tcp://head:8786.")
     ] = None,
 ) -> int:
-    """Make a data set; after an interruption the same call goes on, and the result is the same to the byte."""
+    """Make a data set; after an interruption the same call goes on, and the result is the same to the byte.
+
+    Status 1 where a sample could not be made; the others are.
+    """
     wanted = load_spec(spec)
     executor: MakeExecutor = lambda: process_pool(workers) if scheduler is None else dask_cluster(scheduler)  # noqa: E731
     with dataset_progress(plan_dataset(wanted).samples) as on_progress:
@@ -60,7 +63,10 @@ def make(
         except KeyboardInterrupt:
             typer.echo(f"mapquilt: {out} is unfinished; the same command goes on from here", err=True)
             raise
-    print_table(f"{out}: {report.samples} samples, {report.failures} failed")
+    if report.failures:
+        print_table(f"{out}: {report.samples} samples; {report.failures} failed, see {out / FAILURES_FILE}")
+        return 1
+    print_table(f"{out}: {report.samples} samples")
     return 0
 
 

@@ -119,6 +119,8 @@ def _go_on(
 
 def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> dict[str, Any]:
     """Write a group's folders, each aside and renamed, and say what there is of it."""
+    if isinstance(result, OSError | MemoryError):
+        raise result  # the machine's fault, not the sample's: to be tried again
     if isinstance(result, BaseException):
         failed = Made({}, None, f"{type(result).__name__}: {result}")
         result = Group(failed, {sample.index: failed for sample in mission.samples})

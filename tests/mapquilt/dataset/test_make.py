@@ -156,7 +156,7 @@ def test_a_failing_sample_is_recorded_and_stops_nothing(tmp_path):
         "  - {world: office, count: 1, robots: 1, duration: 2}\n"
         "samples: {per_mission: 2, parts: [1, 20]}\n"
     )
-    assert command("dataset", "make", spec, "--out", tmp_path / "data", "--workers", 1) == 0
+    assert command("dataset", "make", spec, "--out", tmp_path / "data", "--workers", 1) == 1
     failures = [json.loads(line) for line in (tmp_path / "data/failures.jsonl").read_text().splitlines()]
     manifest = read_manifest(tmp_path / "data")
     assert len(failures) == 1
