@@ -9,12 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon as Outline
 
 from mapping.atomic import write_bytes_aside
 from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
-from mapquilt.palette import INK, TRUE_WALL, picture, robot_colour
+from mapquilt.palette import FENCE, INK, TRUE_WALL, picture, robot_colour
 from mapquilt.png import figure_png
 from mapquilt.truth_file import RunTruth
 from sim.mission import Mission
@@ -89,6 +90,8 @@ def _show_walls(panel: Axes, grid: OccupancyGrid, frame_from_map: Similarity2, c
 
 def _show_world(panel: Axes, mission: Mission) -> None:
     panel.add_collection(PolyCollection(mission.world.obstacles, facecolors="#3a3f46", edgecolors="none"))
+    if mission.world.fence is not None:
+        panel.add_patch(Outline(mission.world.fence, fill=False, edgecolor=FENCE, linestyle="--", linewidth=1.0))
     for index, robot in enumerate(mission.robots):
         path = robot.trajectory.poses
         colour = robot_colour(index)

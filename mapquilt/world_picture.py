@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon as Outline
 
 from mapping.se2 import SE2
-from mapquilt.palette import INK, robot_colour
+from mapquilt.palette import FENCE, INK, robot_colour
 from mapquilt.png import figure_png
 from worlds.families import FAMILIES, make_world
 from worlds.world import World
 
-SOLID, FENCE = "#3a3f46", "#b3007d"
+SOLID = "#3a3f46"
 SHEET_COLUMNS = 4
 
 
