@@ -24,8 +24,11 @@ from mapquilt import run_folder
 from mapquilt.run_stages import merge_run, score_run, simulate_run
 from mapquilt.sample import SampleSettings
 from merge.settings import MergeSettings
-from sim.bullet import RAY_HEIGHT, BulletScene
-from sim.mission import Mission, MissionSettings
+from sim.bodies import RAY_HEIGHT
+from sim.bullet import BulletScene
+from sim.mission import Mission
+from sim.mission_file import load_mission
+from sim.mission_settings import MissionSettings
 from worlds.families import make_world
 
 SEED = 7
@@ -51,7 +54,7 @@ def main(arguments: list[str]) -> None:
 def bench_main_job(run: Path) -> Mission:
     """The main job's split: physics, rays, planning, mapping, merging."""
     settings = SampleSettings(seed=SEED)
-    mission = simulate_run(run, make_world("office", SEED), MissionSettings(duration=DURATION), settings, SEED)
+    simulate_run(run, make_world("office", SEED), MissionSettings(duration=DURATION), settings, SEED)
     merge_run(run, MergeSettings(), seed=0)
     score_run(run)
     timings = run_folder.read_timings(run / run_folder.TIMINGS_FILE)
@@ -69,14 +72,14 @@ def bench_main_job(run: Path) -> Mission:
     simulated = timings["simulate"]["total"]
     table.caption = f"simulating runs at {DURATION / simulated:.0f} times real time"
     _print(table)
-    return mission
+    return load_mission(run_folder.mission_folder(run))
 
 
 def bench_mapping(mission: Mission) -> None:
     """Integrating a scan against the bare ray casting that makes it, in turn, on every scan of one robot."""
-    robot, lidar = mission.robots[0], mission.settings.lidar
+    robot, lidar = mission.robots[0], mission.settings.robots[0].lidar
     poses = [robot.trajectory.pose(k) @ robot.base_from_lidar for k in range(len(robot.scans))]
-    with BulletScene(mission.world, [], mission.robot_radius) as scene:
+    with BulletScene(mission.world, []) as scene:
         rays = [_rays(pose, lidar.angles, lidar.range_max) for pose in poses]
 
         def cast() -> None:

@@ -14,10 +14,21 @@ from mapping.map_yaml import Mode
 from mapquilt import run_folder
 from mapquilt.convert import Format
 from mapquilt.convert import convert as convert_files
+from mapquilt.coverage_file import coverage_line
 from mapquilt.dataset.command import app as dataset_app
 from mapquilt.lidar_table import lidar_table
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
+from mapquilt.mission_options import (
+    GoalOption,
+    MissionOptions,
+    OverlapOption,
+    ReplayOption,
+    RobotsFile,
+    StartOption,
+    parse_mission,
+)
+from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
@@ -28,7 +39,9 @@ from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, wo
 from merge.merger import merge_maps
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
-from sim.mission import MissionSettings
+from sim.drive import Drive, DriveLimits
+from sim.mission_settings import PolicyName
+from sim.starts import Starts
 
 ALL_MERGED, SOME_REFUSED, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 1, 2, 70, 130
 """Exit statuses."""
@@ -73,9 +86,19 @@ Unknown = Annotated[
 def simulate(
     world: WorldName,
     out: Out,
-    robots: Annotated[int, typer.Option(help="Number of robots.")] = 3,
+    robots: Annotated[int | None, typer.Option(help="Number of robots; default: 3, or one for each start.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 7,
-    duration: Annotated[float, typer.Option(help="Mission time [s].")] = 120.0,
+    duration: Annotated[float | None, typer.Option(help="Mission time [s]; default: 120, or a replay's.")] = None,
+    starts: Annotated[Starts, typer.Option(help="Where robots begin that are given no start.")] = "random",
+    start: StartOption = None,
+    drive: Annotated[Drive, typer.Option(help="What robots move on.")] = "velocity",
+    speed: Annotated[float, typer.Option(help="Greatest speed [m/s].")] = DriveLimits.speed,
+    turn_rate: Annotated[float, typer.Option(help="Greatest turn rate [rad/s].")] = DriveLimits.turn_rate,
+    policy: Annotated[PolicyName | None, typer.Option(help="What robots do; default: explore.")] = None,
+    goal: GoalOption = None,
+    replay: ReplayOption = None,
+    robots_file: RobotsFile = None,
+    overlap: OverlapOption = None,
     lidar: Annotated[str, typer.Option(help="Lidar that the robots carry; `mapquilt lidars` lists them.")] = "default",
     rate: Annotated[float | None, typer.Option(help="Sweeps a second [Hz]; default: the lidar's own.")] = None,
     noise: Noise = 1.0,
@@ -94,13 +117,37 @@ def simulate(
     """Drive robots through a world; leave their maps, their logs and the truth."""
     place, warnings = open_place(world, seed, width, height, plan_resolution)
     _warn(warnings)
-    mission = MissionSettings(robots=robots, duration=duration, lidar=chosen_lidar(lidar, rate))
+    carried = chosen_lidar(lidar, rate)
+    mission, paths = parse_mission(
+        MissionOptions(
+            robots,
+            duration,
+            carried,
+            starts,
+            start or (),
+            robots_file,
+            drive,
+            speed,
+            turn_rate,
+            policy,
+            goal or (),
+            replay or (),
+            overlap,
+        )
+    )
     disguise = disguise_ranges(scale, max_rotation, max_offset)
     alone = parse_components(components or [])
     sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, components=alone)
-    with mission_progress(duration) as on_progress:
-        simulate_run(out, place, mission, sample, seed, on_progress)
-    print_table(f"{out}: {robots} maps of {place.name}, seed {seed}, {duration:g} s, noise {noise:g}")
+    with mission_progress(mission.duration) as on_progress:
+        made = simulate_run(out, place, mission, sample, seed, on_progress, paths)
+    print_table(
+        f"{out}: {len(mission.robots)} maps of {place.name}, seed {seed}, {mission.duration:g} s, noise {noise:g}"
+    )
+    print_table(coverage_line(out))
+    if mission.overlap is not None:
+        told = overlap_told(made, mission.overlap)
+        print_table(told.line)
+        _warn(told.warnings)
     return ALL_MERGED
 
 

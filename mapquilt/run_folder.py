@@ -6,6 +6,7 @@ mission/             the clean mission: true poses, true ranges, the world
 robot_0/             map.pgm, map.yaml and log.npz, as a real robot could bring them home
 truth.json           where the maps truly lie
 truth/               the world's true raster, and for each robot the part that it could have seen
+coverage.json        how much of the world was seen as time went by; coverage.png beside it
 merge.json           the merger's answer; merged.pgm, merged.yaml and merge.png beside it
 score.json           the answer against the truth; overview.png beside it
 timings.json         seconds; all that differs between two runs of one seed
@@ -29,6 +30,8 @@ MISSION_FOLDER = "mission"
 LOG_FILE = "log.npz"
 TRUTH_FILE = "truth.json"
 TRUTH_FOLDER = "truth"
+COVERAGE_FILE = "coverage.json"
+COVERAGE_PICTURE = "coverage.png"
 MERGE_FILE = "merge.json"
 SCORE_FILE = "score.json"
 TIMINGS_FILE = "timings.json"

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mapping.map_file import load_map, save_map
 from mapping.map_set import MapSet
+from mapping.trajectory import Trajectory
 from mapquilt import run_folder
+from mapquilt.coverage_file import write_coverage
 from mapquilt.json_file import read_record, write_record
 from mapquilt.merge_file import load_answer, merge_record
 from mapquilt.overview import draw_merge, draw_overview
@@ -20,8 +22,10 @@ from mapquilt.truth_file import load_truth
 from merge.merger import Progress, merge_maps
 from merge.result import MergeResult
 from merge.settings import MergeSettings
-from sim.mission import Mission, MissionSettings, simulate
+from sim.coverage import coverage
+from sim.mission import Mission, simulate
 from sim.mission_file import load_mission, save_mission
+from sim.mission_settings import MissionSettings
 from worlds.world import World
 
 SimulationProgress = Callable[[float], None]
@@ -34,12 +38,12 @@ def simulate_run(
     sample_settings: SampleSettings,
     seed: int,
     on_progress: SimulationProgress | None = None,
-) -> Mission:
+    replay: Sequence[Trajectory] = (),
+) -> Sample:
     """Drive the robots, sense, map, disguise, and write the whole run."""
     run_folder.refuse_foreign(out)
-    mission, times = simulate(world, mission_settings, seed, on_progress)
-    write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)})
-    return mission
+    mission, times = simulate(world, mission_settings, seed, on_progress, replay)
+    return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)})
 
 
 def sense_run(run: Path, out: Path, settings: SampleSettings) -> Mission:
@@ -58,6 +62,7 @@ def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: di
     with run_folder.new_run(out) as folder:
         save_mission(mission, folder / run_folder.MISSION_FOLDER)
         fill_run(folder, mission, settings, sample)
+        write_coverage(folder, coverage(mission))
         for stage, seconds in timings.items():
             run_folder.add_timings(folder, stage, seconds)
         written = time.perf_counter() - start - sampled

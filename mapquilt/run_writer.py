@@ -10,6 +10,7 @@ from mapping.map_file import save_map
 from mapping.robot_log_file import save_robot_log
 from mapquilt import run_folder
 from mapquilt.json_file import write_record
+from mapquilt.overlap_report import true_overlaps
 from mapquilt.sample import Sample, SampleSettings, lidar_names
 from mapquilt.truth_file import save_truth
 from sim.mission import Mission
@@ -26,13 +27,13 @@ def fill_run(
     mission_path: str = run_folder.MISSION_FOLDER,
 ) -> None:
     """Write a sample's maps, logs and truth into a folder; ``mission_path`` leads from there to its mission."""
-    write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings, mission_path))
+    write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings, sample, mission_path))
     _write_maps(folder, sample)
     save_truth(folder / run_folder.TRUTH_FILE, sample.truth)
     _write_true_rasters(folder / run_folder.TRUTH_FOLDER, sample)
 
 
-def _run_record(mission: Mission, settings: SampleSettings, mission_path: str) -> dict[str, Any]:
+def _run_record(mission: Mission, settings: SampleSettings, sample: Sample, mission_path: str) -> dict[str, Any]:
     return {
         "schema": RUN_SCHEMA,
         "generator": f"mapquilt {version('mapquilt')}",
@@ -41,6 +42,10 @@ def _run_record(mission: Mission, settings: SampleSettings, mission_path: str) -
         "seed": mission.seed,
         "robots": len(mission.robots),
         "duration_s": mission.settings.duration,
+        "starts": mission.settings.starts,
+        "drive": mission.settings.drive,
+        "policy": mission.settings.policy,
+        "overlap": _overlap_record(mission, sample),
         "sample_seed": settings.seed,
         "lidars": list(lidar_names(mission)),
         "noise": settings.noise,
@@ -55,6 +60,16 @@ def _run_record(mission: Mission, settings: SampleSettings, mission_path: str) -
         "sensor_model": settings.model,
         "clear_range_m": settings.clear_range,
         "parts": settings.parts,
+    }
+
+
+def _overlap_record(mission: Mission, sample: Sample) -> dict[str, Any]:
+    overlaps = true_overlaps(sample).values()
+    wanted = mission.settings.overlap
+    return {
+        "wanted": None if wanted is None else list(wanted),
+        "reached": [min(overlaps), max(overlaps)] if overlaps else None,
+        "ends_s": [float(truth.trajectory.stamps[-1]) for truth in mission.robots],
     }
 
 

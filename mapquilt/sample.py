@@ -140,7 +140,7 @@ def make_sample(mission: Mission, settings: SampleSettings, places: TruePlaces |
 
 def lidar_names(mission: Mission) -> tuple[str, ...]:
     """The preset of each robot's lidar."""
-    return tuple(mission.settings.lidar.model for _ in mission.robots)
+    return tuple(robot.lidar.model for robot in mission.settings.robots)
 
 
 def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:

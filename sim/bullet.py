@@ -14,7 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.se2 import SE2
+from sim.bodies import BODIES, RAY_HEIGHT, Command, VelocityBody
+from sim.drive import Drive
 from sim.lidar import Lidar
+from sim.robot import RobotSettings
 from worlds.world import World
 
 MAX_RAYS = 4095
@@ -25,31 +28,46 @@ MAX_ROBOTS = 29
 SHORT_REACH = 4.0
 """A ray costs by its length, hit or not: beams are cast this far [m] first, and again only where they met nothing."""
 
-WALL_HEIGHT, BODY_HEIGHT, RAY_HEIGHT = 1.0, 0.6, 0.5
-_WALL_GROUP = 1
+WALL_HEIGHT = 1.0
+_WALL_GROUP, _GROUND_GROUP = 1, 1 << 30
+GRAVITY = -9.81
+SOLVER_ITERATIONS = 20
+"""Enough for robots on wheels; Bullet's own 50 take twice the time and change nothing that can be seen."""
 
 
 class BulletScene:
-    """Walls of a world as one mesh, and robots as upright cylinders with a commanded planar velocity.
+    """Walls of a world as one mesh, and robots as bodies of a drive.
 
-    ``radius`` [m] is the robots', ``starts`` their world_from_base. Use it as a context manager: each scene has a
-    physics client of its own, so that equal calls give equal results. Time moves in ``advance`` only.
+    ``starts`` are the robots' world_from_base, ``robots`` what they are; one for all where it is one. Use it as a
+    context manager: each scene has a physics client of its own, so that equal calls give equal results. Time moves
+    in ``advance`` only.
 
     Raises ``ValueError`` where there are more than 29 robots, ``ImportError`` where PyBullet is not installed.
     """
 
-    def __init__(self, world: World, starts: Sequence[SE2], radius: float = 0.2) -> None:
+    def __init__(
+        self,
+        world: World,
+        starts: Sequence[SE2],
+        robots: RobotSettings | Sequence[RobotSettings] = RobotSettings(),  # noqa: B008 (frozen)
+        drive: Drive = "velocity",
+    ) -> None:
         if len(starts) > MAX_ROBOTS:
             raise ValueError(f"BulletScene: {len(starts)} robots, at most {MAX_ROBOTS} fit in one scene")
         self._world = world
         self._starts = tuple(starts)
-        self._radius = radius
+        self._robots = [robots] * len(starts) if isinstance(robots, RobotSettings) else list(robots)
+        self._drive: Drive = drive
 
     def __enter__(self) -> BulletScene:
         self._bullet = _pybullet()
         self._client = self._bullet.connect(self._bullet.DIRECT)
-        self._walls = self._add_walls()
-        self._robots = [self._add_robot(start, index) for index, start in enumerate(self._starts)]
+        self._add_walls()
+        if self._drive == "wheels":
+            self._add_ground()
+        self._bodies = [self._add_robot(index) for index in range(len(self._starts))]
+        numbers = [body.number for body in self._bodies]
+        self._is_robot = np.isin(np.arange(max(numbers, default=-1) + 2), numbers)  # at -1, the last: nothing met
         return self
 
     def __exit__(
@@ -57,11 +75,11 @@ class BulletScene:
     ) -> None:
         self._bullet.disconnect(physicsClientId=self._client)
 
-    def _add_walls(self) -> int | None:
+    def _add_walls(self) -> None:
         """One concave triangle mesh: 440 thousand rays/s, where as many box bodies give 156 thousand."""
         sides = self._world.segments()
         if len(sides) == 0:
-            return None
+            return
         low = np.concatenate((sides, np.zeros((len(sides), 2, 1))), axis=2)
         high = np.concatenate((sides, np.full((len(sides), 2, 1), WALL_HEIGHT)), axis=2)
         vertices = np.concatenate((low, high), axis=1).reshape(-1, 3)
@@ -76,64 +94,48 @@ class BulletScene:
         body = self._bullet.createMultiBody(0.0, shape, physicsClientId=self._client)
         self._bullet.setCollisionFilterGroupMask(body, -1, _WALL_GROUP, -1, physicsClientId=self._client)
         self._bullet.changeDynamics(body, -1, lateralFriction=0.0, restitution=0.0, physicsClientId=self._client)
-        return int(body)
 
-    def _add_robot(self, start: SE2, index: int) -> int:
-        shape = self._bullet.createCollisionShape(
-            self._bullet.GEOM_CYLINDER, radius=self._radius, height=BODY_HEIGHT, physicsClientId=self._client
-        )
-        body = self._bullet.createMultiBody(
-            10.0,
-            shape,
-            basePosition=(start.x, start.y, RAY_HEIGHT),
-            baseOrientation=(0.0, 0.0, math.sin(start.yaw / 2.0), math.cos(start.yaw / 2.0)),
-            physicsClientId=self._client,
-        )
-        # A zero moment of inertia stands for an infinite one in Bullet: the body cannot roll or pitch.
-        self._bullet.changeDynamics(
-            body,
-            -1,
-            localInertiaDiagonal=(0.0, 0.0, 0.2),
-            lateralFriction=0.0,
-            restitution=0.0,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            physicsClientId=self._client,
-        )
-        self._bullet.setCollisionFilterGroupMask(body, -1, 2 << index, -1, physicsClientId=self._client)
-        return int(body)
+    def _add_ground(self) -> None:
+        shape = self._bullet.createCollisionShape(self._bullet.GEOM_PLANE, physicsClientId=self._client)
+        body = self._bullet.createMultiBody(0.0, shape, physicsClientId=self._client)
+        self._bullet.setCollisionFilterGroupMask(body, -1, _GROUND_GROUP, -1, physicsClientId=self._client)
+        self._bullet.changeDynamics(body, -1, lateralFriction=1.0, restitution=0.0, physicsClientId=self._client)
+        self._bullet.setGravity(0.0, 0.0, GRAVITY, physicsClientId=self._client)
+        self._bullet.setPhysicsEngineParameter(numSolverIterations=SOLVER_ITERATIONS, physicsClientId=self._client)
+
+    def _add_robot(self, index: int) -> VelocityBody:
+        body = BODIES[self._drive](self._bullet, self._client, self._robots[index], self._starts[index])
+        for link in range(-1, self._bullet.getNumJoints(body.number, physicsClientId=self._client)):
+            self._bullet.setCollisionFilterGroupMask(body.number, link, 2 << index, -1, physicsClientId=self._client)
+        return body
 
     def pose(self, robot: int) -> SE2:
         """world_from_base of that robot now."""
-        (x, y, _), (_, _, z, w) = self._bullet.getBasePositionAndOrientation(
-            self._robots[robot], physicsClientId=self._client
-        )
-        return SE2(x, y, 2.0 * math.atan2(z, w))
+        return self._bodies[robot].pose()
 
-    def advance(self, commands: Sequence[tuple[float, float]], step: float, steps: int) -> NDArray[np.bool_]:
+    def advance(self, commands: Sequence[Command], step: float, steps: int) -> NDArray[np.bool_]:
         """Drive each robot at its (forward speed [m/s], turn rate [rad/s]) for ``steps`` time steps of ``step`` [s].
 
         Returns which robots touched a wall or another robot meanwhile, (robots,).
         """
         self._bullet.setTimeStep(step, physicsClientId=self._client)
-        touched = np.zeros(len(self._robots), dtype=np.bool_)
+        touched = np.zeros(len(self._bodies), dtype=np.bool_)
+        for body, command in zip(self._bodies, commands, strict=True):
+            body.drive(command)
         for _ in range(steps):
-            for robot, (speed, turn_rate) in enumerate(commands):
-                yaw = self.pose(robot).yaw
-                self._bullet.resetBaseVelocity(
-                    self._robots[robot],
-                    (speed * math.cos(yaw), speed * math.sin(yaw), 0.0),
-                    (0.0, 0.0, turn_rate),
-                    physicsClientId=self._client,
-                )
+            for body in self._bodies:
+                body.before_step(step)
             self._bullet.stepSimulation(physicsClientId=self._client)
-            for robot, body in enumerate(self._robots):
-                touched[robot] |= self._touches(body)
+            for robot, body in enumerate(self._bodies):
+                touched[robot] |= body.touches()
         return touched
 
-    def _touches(self, body: int) -> bool:
-        contacts = self._bullet.getContactPoints(bodyA=body, physicsClientId=self._client)
-        return any(contact[8] <= 0.0 for contact in contacts)
+    def place(self, poses: Sequence[SE2]) -> NDArray[np.bool_]:
+        """Put each robot at its world_from_base. Returns which of them touch something there, (robots,)."""
+        for body, pose in zip(self._bodies, poses, strict=True):
+            body.place(pose)
+        self._bullet.performCollisionDetection(physicsClientId=self._client)
+        return np.array([body.touches() for body in self._bodies])
 
     def cast(self, robot: int, lidar: Lidar) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """How far the lidar's beams on that robot reach now [m], +inf for a miss, and which end on a robot: (B,) each.
@@ -151,7 +153,7 @@ class BulletScene:
             for first in range(0, missing.size, MAX_RAYS):
                 rays = missing[first : first + MAX_RAYS]
                 bodies[rays], distances[rays] = self._hits(start, directions[rays], reach, ignored=2 << robot)
-        return distances, np.isin(bodies, self._robots)
+        return distances, self._is_robot[bodies]
 
     def rays(
         self, starts: NDArray[np.float64], ends: NDArray[np.float64], ignored: int = 0
@@ -160,7 +162,7 @@ class BulletScene:
         says it. ``ignored`` are the mask bits of bodies to look through."""
         hits: Sequence[tuple[int, int, float, tuple[float, float, float], tuple[float, float, float]]]
         hits = self._bullet.rayTestBatch(
-            starts, ends, numThreads=1, collisionFilterMask=~ignored, physicsClientId=self._client
+            starts, ends, numThreads=1, collisionFilterMask=~(ignored | _GROUND_GROUP), physicsClientId=self._client
         )
         return hits
 

@@ -1,73 +1,45 @@
-"""A team of robots exploring a world: simulated once, kept clean."""
+"""A team of robots in a world: simulated once, kept clean."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, replace
 
 from mapping.robot_log import RobotTruth
-from mapping.scan import LidarScan
-from mapping.se2 import SE2
 from mapping.seeds import Role, stream
 from mapping.trajectory import Trajectory
+from mapping.truth import TRUE_RESOLUTION
 from sim.bullet import BulletScene
-from sim.drive import DriveLimits
-from sim.explore import Explorer
-from sim.lidar import Lidar
-from sim.starts import random_starts
+from sim.crew import check_replay, make_pilots
+from sim.mission_settings import MissionSettings
+from sim.overlap import attempts, overlap_cut
+from sim.running import Driven, Mover, Replayed, run_team
+from sim.starts import choose_starts
 from sim.stopwatch import Stopwatch
+from worlds.raster import true_raster
 from worlds.world import World
-
-PHYSICS_STEP = 0.01
-"""Longest time step of the physics [s]."""
-
-
-@dataclass(frozen=True)
-class MissionSettings:
-    """``robots`` of ``radius`` [m] drive for ``duration`` seconds, all with the same lidar and limits.
-
-    Raises ``ValueError`` naming the field and its value.
-    """
-
-    robots: int = 3
-    duration: float = 120.0
-    lidar: Lidar = field(default_factory=Lidar)
-    limits: DriveLimits = field(default_factory=DriveLimits)
-    radius: float = 0.2
-
-    def __post_init__(self) -> None:
-        if self.robots < 1:
-            raise ValueError(f"MissionSettings: robots is {self.robots}, must be at least 1")
-        for name in ("duration", "radius"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"MissionSettings: {name} is {value}, must be positive and finite")
-
-    @property
-    def scans(self) -> int:
-        """How many scans each robot takes: the first at 0 s, the last at or just before the end."""
-        return math.floor(self.duration * self.lidar.rate + 1e-9) + 1
 
 
 @dataclass(frozen=True, eq=False)
 class Mission:
-    """What truly happened: one truth a robot, all of the same stamps, in a ``world``.
+    """What truly happened: one truth a robot, in a ``world``; robots with other lidars have other stamps.
 
     Nothing in it depends on sensor noise; :func:`sim.noise.sense` draws the noise on it afterwards. ``touches``
-    counts for each robot the scan periods in which it touched a wall or another robot.
+    counts for each robot the scan periods in which it touched a wall or another robot. Where the mission was cut to
+    reach an overlap, truths end before ``settings.duration``.
     """
 
     world: World
     robots: tuple[RobotTruth, ...]
-    robot_radius: float
     seed: int
     settings: MissionSettings
     touches: tuple[int, ...]
+
+    def cut(self, scans: Sequence[int]) -> Mission:
+        """The same mission with only so many scans of each robot, from the first on."""
+        robots = tuple(truth.part(0, count) for truth, count in zip(self.robots, scans, strict=True))
+        return replace(self, robots=robots)
 
 
 @dataclass(frozen=True)
@@ -79,6 +51,7 @@ class MissionTimes:
     rays: float = 0.0
     mapping: float = 0.0
     planning: float = 0.0
+    cutting: float = 0.0
     total: float = 0.0
 
 
@@ -87,69 +60,71 @@ def simulate(
     settings: MissionSettings,
     seed: int,
     on_progress: Callable[[float], None] | None = None,
+    replay: Sequence[Trajectory] = (),
 ) -> tuple[Mission, MissionTimes]:
-    """Let the robots explore the world. Equal arguments give an equal mission, bit for bit, in any process.
+    """Let the robots drive in the world. Equal arguments give an equal mission, bit for bit, in any process.
 
-    Every robot scans ``lidar.rate`` times a second from 0 s to the end; one that finds nothing more to see stands
-    still and goes on scanning, and is still seen by the others. ``on_progress`` is told the simulated time [s]
-    after each scan. Raises ``ValueError`` where the world does not hold the robots, ``ImportError`` without PyBullet.
+    Every robot scans at its lidar's rate from 0 s to the end; one that finds nothing more to do stands still and goes
+    on scanning, and is still seen by the others. ``on_progress`` is told the simulated time [s] after each scan.
+    ``replay`` holds world_from_base over time of each robot, for the policy of that name. Where an overlap is wanted,
+    the mission is cut to reach it, and simulated again from other starts where that fails; the one that comes nearest
+    is kept.
+
+    Raises ``ValueError`` where the world does not hold the robots, a start, a goal or a trajectory; ``ImportError``
+    without PyBullet.
     """
     stopwatch = Stopwatch()
-    with stopwatch.on("total"), ExitStack() as stack:
-        with stopwatch.on("building"):
-            starts = random_starts(stream(seed, Role.STARTS), world, settings.robots, settings.radius)
-            scene = stack.enter_context(BulletScene(world, starts, settings.radius))
-        mission = _run(scene, world, settings, seed, stopwatch, on_progress)
+    check_replay(world, settings, replay)
+    with stopwatch.on("total"):
+        mission = _first_that_overlaps(
+            (_drive(world, attempt, seed, replay, stopwatch, on_progress) for attempt in attempts(settings)),
+            settings.overlap,
+            stopwatch,
+        )
     return mission, MissionTimes(**stopwatch.seconds)
 
 
-class _Recorder:
-    """Collects what happens to one robot."""
+def _first_that_overlaps(
+    missions: Iterator[Mission], wanted: tuple[float, float] | None, stopwatch: Stopwatch
+) -> Mission:
+    """The first of the missions, cut where an overlap is wanted, that reaches it, or the one that comes nearest."""
+    best: tuple[float, Mission] | None = None
+    for mission in missions:
+        if wanted is None:
+            return mission
+        with stopwatch.on("cutting"):
+            cut = overlap_cut(mission.robots, true_raster(mission.world, TRUE_RESOLUTION).frame, wanted)
+        if best is None or cut.miss < best[0]:
+            best = cut.miss, mission.cut(cut.scans)
+        if cut.miss == 0.0:
+            break
+    if best is None:
+        raise ValueError("no mission to choose from")
+    return best[1]
 
-    def __init__(self) -> None:
-        self.scans: list[LidarScan] = []
-        self.poses: list[tuple[float, float, float]] = []
-        self.hits_robot: list[NDArray[np.bool_]] = []
 
-    def add(self, scan: LidarScan, pose: SE2, hits_robot: NDArray[np.bool_]) -> None:
-        self.scans.append(scan)
-        self.poses.append((pose.x, pose.y, pose.yaw))
-        self.hits_robot.append(hits_robot)
-
-    def truth(self, lidar: Lidar) -> RobotTruth:
-        stamps = np.array([scan.stamp for scan in self.scans])
-        trajectory = Trajectory(stamps, np.array(self.poses))
-        return RobotTruth(tuple(self.scans), trajectory, np.array(self.hits_robot), lidar.base_from_lidar)
-
-
-def _run(
-    scene: BulletScene,
+def _drive(
     world: World,
     settings: MissionSettings,
     seed: int,
+    replay: Sequence[Trajectory],
     stopwatch: Stopwatch,
     on_progress: Callable[[float], None] | None,
 ) -> Mission:
-    lidar = settings.lidar
-    explorers = [
-        Explorer(lidar, settings.limits, settings.radius, stopwatch, world.fence) for _ in range(settings.robots)
-    ]
-    recorders = [_Recorder() for _ in explorers]
-    touches = np.zeros(settings.robots, dtype=np.int64)
-    steps = math.ceil(1.0 / (lidar.rate * PHYSICS_STEP) - 1e-9)
-    commands: list[tuple[float, float]] = []
-    for tick in range(settings.scans):
-        if tick > 0:
-            with stopwatch.on("physics"):
-                touches += scene.advance(commands, 1.0 / (lidar.rate * steps), steps)
-        commands = []
-        for robot, (explorer, recorder) in enumerate(zip(explorers, recorders, strict=True)):
-            with stopwatch.on("rays"):
-                distances, hits_robot = scene.cast(robot, lidar)
-            scan, pose = lidar.scan(tick / lidar.rate, distances), scene.pose(robot)
-            recorder.add(scan, pose, hits_robot & scan.returned)
-            commands.append(explorer.command(scan, pose))
-        if on_progress is not None:
-            on_progress(tick / lidar.rate)
-    truths = tuple(recorder.truth(lidar) for recorder in recorders)
-    return Mission(world, truths, settings.radius, seed, settings, tuple(touches.tolist()))
+    robots = settings.robots
+    with ExitStack() as stack:
+        with stopwatch.on("building"):
+            if replay:
+                starts = tuple(path.pose(0) for path in replay)
+            else:
+                starts = choose_starts(stream(seed, Role.STARTS), world, robots, settings.starts)
+            scene = stack.enter_context(BulletScene(world, starts, robots, settings.drive))
+            mover: Mover
+            if replay:
+                mover = Replayed(scene, replay, stopwatch)
+            else:
+                pilots = make_pilots(world, settings, starts, seed, stopwatch)
+                mover = Driven(scene, settings.drive, pilots, stopwatch)
+        recorders = run_team(scene, robots, settings.duration, mover, stopwatch, on_progress)
+    truths = tuple(recorder.truth() for recorder in recorders)
+    return Mission(world, truths, seed, settings, tuple(recorder.touches for recorder in recorders))

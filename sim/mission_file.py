@@ -16,10 +16,12 @@ from mapping.se2 import SE2
 from mapping.trajectory import Trajectory
 from sim.drive import DriveLimits
 from sim.lidar import Lidar
-from sim.mission import Mission, MissionSettings
+from sim.mission import Mission
+from sim.mission_settings import MissionSettings
+from sim.robot import RobotSettings
 from worlds.world_file import world_from_json, world_to_json
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 def save_mission(mission: Mission, folder: Path) -> None:
@@ -65,14 +67,19 @@ def load_mission(folder: Path) -> Mission:
         seed, touches = int(record["seed"]), tuple(int(each) for each in record["touches"])
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error!r} is missing or malformed") from error
-    robots = tuple(_load_robot(folder / f"robot_{k}.npz", settings.lidar) for k in range(settings.robots))
-    return Mission(world, robots, settings.radius, seed, settings, touches)
+    robots = tuple(_load_robot(folder / f"robot_{k}.npz", robot.lidar) for k, robot in enumerate(settings.robots))
+    return Mission(world, robots, seed, settings, touches)
 
 
 def _settings(record: dict[str, Any]) -> MissionSettings:
-    lidar = dict(record["lidar"])
-    lidar["base_from_lidar"] = SE2(**lidar["base_from_lidar"])
-    return MissionSettings(**{**record, "lidar": Lidar(**lidar), "limits": DriveLimits(**record["limits"])})
+    robots = [_robot(each) for each in record["robots"]]
+    return MissionSettings(**{**record, "robots": robots})
+
+
+def _robot(record: dict[str, Any]) -> RobotSettings:
+    lidar = Lidar(**{**record["lidar"], "base_from_lidar": SE2(**record["lidar"]["base_from_lidar"])})
+    start = None if record["start"] is None else SE2(**record["start"])
+    return RobotSettings(**{**record, "lidar": lidar, "limits": DriveLimits(**record["limits"]), "start": start})
 
 
 def _load_robot(path: Path, lidar: Lidar) -> RobotTruth:

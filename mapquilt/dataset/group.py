@@ -16,8 +16,9 @@ from mapquilt.json_file import read_record
 from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, make_sample
 from mapquilt.true_places import TruePlaces, true_places
-from sim.mission import Mission, MissionSettings, simulate
+from sim.mission import Mission, simulate
 from sim.mission_file import save_mission
+from sim.mission_settings import MissionSettings
 from worlds.families import make_world
 
 MISSIONS_FOLDER = "missions"

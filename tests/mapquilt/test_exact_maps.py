@@ -7,8 +7,9 @@ from scipy import ndimage
 from mapping.log_odds import LogOddsMapper
 from mapping.sensor_model import SENSOR_MODELS, sensor_model
 from mapping.truth import TRUE_RESOLUTION
-from sim.mission import MissionSettings, simulate
+from sim.mission import simulate
 from sim.mission_file import load_mission
+from sim.mission_settings import MissionSettings
 from worlds.families import make_world
 from worlds.raster import true_raster
 

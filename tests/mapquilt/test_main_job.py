@@ -19,6 +19,8 @@ from tests.mapquilt.conftest import command, hashes
 FILES = {
     "run.json",
     "maps.json",
+    "coverage.json",
+    "coverage.png",
     "truth.json",
     "merge.json",
     "score.json",

@@ -34,7 +34,7 @@ def expected_ranges(run: Path, noise: Noise) -> np.ndarray:
 
 
 def test_a_run_carries_its_lidar_and_is_sensed_with_its_noise(lds01_run: Path) -> None:
-    lidar = load_mission(lds01_run / "mission").settings.lidar
+    lidar = load_mission(lds01_run / "mission").settings.robots[0].lidar
     assert (lidar.model, lidar.rate, lidar.range_max) == ("lds01", 4.0, 3.5)
     assert json.loads((lds01_run / "run.json").read_text())["lidars"] == ["lds01"]
     noise = Noise.level(1.0, lidar_preset("lds01").noise)

@@ -6,7 +6,9 @@ import pytest
 
 from mapping.se2 import SE2
 from sim.lidar import Lidar
-from sim.mission import Mission, MissionSettings, simulate
+from sim.mission import Mission, simulate
+from sim.mission_settings import MissionSettings
+from sim.robot import RobotSettings
 from worlds.families import make_world
 from worlds.polygon import box
 from worlds.world import World
@@ -14,7 +16,7 @@ from worlds.world import World
 
 @pytest.fixture(scope="session")
 def short_settings() -> MissionSettings:
-    return MissionSettings(robots=3, duration=12.0, lidar=Lidar(base_from_lidar=SE2(0.08, -0.02, 0.4)))
+    return MissionSettings((RobotSettings(Lidar(base_from_lidar=SE2(0.08, -0.02, 0.4))),) * 3, duration=12.0)
 
 
 @pytest.fixture(scope="session")

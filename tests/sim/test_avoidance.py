@@ -7,21 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from sim.avoidance import HORIZON, MARGIN, Avoidance
+from sim.avoidance import Avoidance
 from sim.drive import DriveLimits
+from sim.steering import HORIZON, MARGIN
 
 LIMITS = DriveLimits()
 NOTHING = np.empty((0, 2))
 
 
 def positions(speed: float, turn: float) -> np.ndarray:
-    """Where the command leads within the horizon, stepped finely: the oracle of the roll-outs."""
-    poses, yaw, step = [np.zeros(2)], 0.0, HORIZON / 2000
+    """Where the command leads from rest within the horizon, stepped finely: the oracle of the roll-outs."""
+    poses, yaw, step, velocity = [np.zeros(2)], 0.0, HORIZON / 2000, (0.0, 0.0)
     for _ in range(2000):
-        poses.append(
-            poses[-1] + speed * step * np.array((math.cos(yaw + turn * step / 2), math.sin(yaw + turn * step / 2)))
-        )
-        yaw += turn * step
+        velocity = LIMITS.ramped(velocity, (speed, turn), step)
+        yaw += velocity[1] * step
+        poses.append(poses[-1] + velocity[0] * step * np.array((math.cos(yaw), math.sin(yaw))))
     return np.array(poses)
 
 

@@ -11,7 +11,9 @@ import pytest
 
 from mapping.se2 import SE2
 from sim.bullet import MAX_RAYS, MAX_ROBOTS, BulletScene
+from sim.drive import DriveLimits
 from sim.lidar import Lidar
+from sim.robot import RobotSettings
 from worlds.families import make_world
 from worlds.world import World
 
@@ -101,7 +103,7 @@ def test_more_beams_than_one_call_takes_are_all_cast(two_rooms: World) -> None:
 def test_a_robot_sees_the_others_and_not_itself() -> None:
     world = World("nothing", 0, (9, 9), ())
     lidar = Lidar(base_from_lidar=SE2(0.1, 0.0, math.pi))
-    with BulletScene(world, [SE2(2, 4, 0.0), SE2(5, 4, 1.0), SE2(2, 8, 0.0)], radius=0.25) as scene:
+    with BulletScene(world, [SE2(2, 4, 0.0), SE2(5, 4, 1.0), SE2(2, 8, 0.0)], RobotSettings(radius=0.25)) as scene:
         distances, hits_robot = scene.cast(0, lidar)
     seen = np.flatnonzero(hits_robot)
     assert np.array_equal(seen, np.flatnonzero(np.isfinite(distances)))
@@ -115,7 +117,8 @@ def test_a_robot_sees_the_others_and_not_itself() -> None:
 
 
 def test_a_commanded_arc_is_driven_upright() -> None:
-    with BulletScene(World("nothing", 0, (9, 9), ()), [SE2(4, 4, 0.5)]) as scene:
+    at_once = RobotSettings(limits=DriveLimits(acceleration=1e6, turn_acceleration=1e6))
+    with BulletScene(World("nothing", 0, (9, 9), ()), [SE2(4, 4, 0.5)], at_once) as scene:
         touched = scene.advance([(0.5, 0.8)], 0.01, 300)
         end = scene.pose(0)
     radius, angle = 0.5 / 0.8, 0.8 * 3.0
@@ -150,10 +153,10 @@ def test_without_pybullet_sim_imports_and_simulating_says_why() -> None:
     program = """
 import sys
 sys.modules["pybullet"] = None
-from sim import mission, mission_file, noise, explore
+from sim import mission, mission_file, mission_settings, noise, explore
 from worlds.families import make_world
 try:
-    mission.simulate(make_world("office", 0), mission.MissionSettings(duration=1.0), 0)
+    mission.simulate(make_world("office", 0), mission_settings.MissionSettings(duration=1.0), 0)
 except ImportError as error:
     print(error)
 """

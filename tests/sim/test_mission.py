@@ -15,8 +15,10 @@ import pytest
 from mapping.se2 import SE2
 from mapping.truth import observed
 from sim.lidar import Lidar
-from sim.mission import Mission, MissionSettings, simulate
+from sim.mission import Mission, simulate
 from sim.mission_file import save_mission
+from sim.mission_settings import MissionSettings
+from sim.robot import RobotSettings
 from worlds.families import make_world
 from worlds.polygon import distances
 from worlds.raster import true_raster
@@ -27,19 +29,19 @@ def test_every_robot_scans_at_the_rate_from_zero_to_the_end(mission: Mission, sh
     assert len(mission.robots) == 3
     for truth in mission.robots:
         assert truth.trajectory.stamps.tolist() == [k / 10.0 for k in range(121)]
-        assert truth.base_from_lidar == short_settings.lidar.base_from_lidar
+        assert truth.base_from_lidar == short_settings.robots[0].lidar.base_from_lidar
 
 
 def test_robots_never_overlap_walls_or_each_other(mission: Mission) -> None:
     poses = np.array([truth.trajectory.poses for truth in mission.robots])
-    assert mission.world.clearance(poses[..., :2].reshape(-1, 2)).min() >= mission.robot_radius - 1e-3
+    assert mission.world.clearance(poses[..., :2].reshape(-1, 2)).min() >= 0.2 - 1e-3
     for a, b in combinations(poses, 2):
-        assert np.hypot(*(a - b)[:, :2].T).min() >= 2.0 * mission.robot_radius - 1e-3
+        assert np.hypot(*(a - b)[:, :2].T).min() >= 2.0 * 0.2 - 1e-3
     assert mission.touches == (0, 0, 0)
 
 
 def test_velocity_limits_hold_between_scans(mission: Mission) -> None:
-    limits = mission.settings.limits
+    limits = mission.settings.robots[0].limits
     for truth in mission.robots:
         steps = np.diff(truth.trajectory.poses, axis=0)
         turns = np.remainder(steps[:, 2] + math.pi, math.tau) - math.pi
@@ -62,7 +64,7 @@ def test_hits_end_on_walls_or_on_robots(mission: Mission) -> None:
             assert np.quantile(distances(mission.world.segments(), hits[~on_robot]), 0.99) < 1e-3
             others = np.array([pose.poses[k, :2] for other, pose in enumerate(poses) if other != index])
             gaps = np.hypot(*(hits[on_robot][:, None] - others).transpose(2, 0, 1)).min(axis=1)
-            assert np.allclose(gaps, mission.robot_radius, atol=0.01)
+            assert np.allclose(gaps, 0.2, atol=0.01)
 
 
 def test_the_same_seed_gives_the_same_bytes_in_another_process(mission: Mission, tmp_path: Path) -> None:
@@ -71,10 +73,12 @@ import sys
 from pathlib import Path
 from mapping.se2 import SE2
 from sim.lidar import Lidar
-from sim.mission import MissionSettings, simulate
+from sim.mission import simulate
 from sim.mission_file import save_mission
+from sim.mission_settings import MissionSettings
+from sim.robot import RobotSettings
 from worlds.families import make_world
-settings = MissionSettings(robots=3, duration=12.0, lidar=Lidar(base_from_lidar=SE2(0.08, -0.02, 0.4)))
+settings = MissionSettings((RobotSettings(Lidar(base_from_lidar=SE2(0.08, -0.02, 0.4))),) * 3, duration=12.0)
 save_mission(simulate(make_world("office", 1), settings, seed=5)[0], Path(sys.argv[1]))
 """
     subprocess.run([sys.executable, "-c", program, str(tmp_path / "other")], check=True, capture_output=True)
@@ -114,13 +118,13 @@ def test_progress_and_times_are_told() -> None:
 
 def test_an_odd_rate_keeps_time() -> None:
     lidar = Lidar(beams=20, angle_increment=math.tau / 20, rate=7.0, base_from_lidar=SE2())
-    mission, _ = simulate(make_world("office", 1), MissionSettings(robots=1, duration=2.0, lidar=lidar), 0)
+    mission, _ = simulate(make_world("office", 1), MissionSettings((RobotSettings(lidar),), duration=2.0), 0)
     assert mission.robots[0].trajectory.stamps.tolist() == [k / 7.0 for k in range(15)]
 
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("robots", 0), ("robots", -1), ("duration", 0.0), ("duration", -5.0), ("duration", math.nan), ("radius", 0.0)],
+    [("robots", 0), ("robots", -1), ("duration", 0.0), ("duration", -5.0), ("duration", math.nan)],
 )
 def test_bad_settings_are_refused_by_name_and_value(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{field} is {value}"):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from sim.lidar_presets import lidar_preset, with_rate
-from sim.mission import MissionSettings, simulate
+from sim.mission import simulate
+from sim.mission_settings import MissionSettings
+from sim.robot import RobotSettings
 from worlds.families import make_world
 
 
@@ -14,7 +16,7 @@ from worlds.families import make_world
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_team_that_only_looks_ahead_makes_way_and_hits_nothing(name: str, seed: int) -> None:
     lidar = with_rate(lidar_preset(name).lidar, 10.0)
-    settings = MissionSettings(robots=2, duration=30.0, lidar=lidar)
+    settings = MissionSettings((RobotSettings(lidar),) * 2, duration=30.0)
     mission, _ = simulate(make_world("office", seed), settings, seed)
     assert mission.touches == (0, 0)
     for robot in mission.robots:

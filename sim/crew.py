@@ -1,0 +1,64 @@
+"""Who drives the robots of a mission."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from mapping.se2 import SE2
+from mapping.seeds import Role, stream
+from mapping.trajectory import Trajectory
+from sim.explore import Exploration
+from sim.mission_settings import MissionSettings
+from sim.pilot import Pilot, Policy
+from sim.stopwatch import Stopwatch
+from sim.tour import Tour, check_goals, draw_goals, floor_plan
+from worlds.world import World
+
+
+def make_pilots(
+    world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int, stopwatch: Stopwatch
+) -> list[Pilot]:
+    """A pilot for each robot, with the policy of the mission. Raises ``ValueError`` naming a goal out of reach."""
+    policies = _tours(world, settings, starts, seed) if settings.policy == "tour" else _explorations(settings, starts)
+    return [
+        Pilot(robot, rank, policy, stopwatch, world.fence)
+        for rank, (robot, policy) in enumerate(zip(settings.robots, policies, strict=True))
+    ]
+
+
+def _explorations(settings: MissionSettings, starts: Sequence[SE2]) -> list[Policy]:
+    """Robots that begin close together are each sent off to a side of their own."""
+    count = len(settings.robots)
+    sides = [starts[0].yaw + math.tau * rank / count if settings.starts == "close" else None for rank in range(count)]
+    return [Exploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
+
+
+def _tours(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Policy]:
+    plan = floor_plan(world)
+    check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots))
+    return [
+        Tour(plan, settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius), rank)
+        for rank, (robot, start) in enumerate(zip(settings.robots, starts, strict=True))
+    ]
+
+
+def check_replay(world: World, settings: MissionSettings, paths: Sequence[Trajectory]) -> None:
+    """Raise ``ValueError`` where there is not one trajectory a robot, or where and when one leaves the free floor."""
+    if (settings.policy == "replay") != bool(paths):
+        raise ValueError(f"policy is {settings.policy}, but {len(paths)} trajectories to replay were given")
+    if paths and len(paths) != len(settings.robots):
+        raise ValueError(f"{len(paths)} trajectories to replay, but {len(settings.robots)} robots")
+    for index, path in enumerate(paths):
+        places = path.poses[:, :2]
+        inside = np.asarray(((places >= 0.0) & (places <= np.array(world.size))).all(axis=1))
+        blocked = np.flatnonzero(~inside | (world.clearance(places) <= 0.0))
+        if blocked.size:
+            k = int(blocked[0])
+            where = "in a wall" if inside[k] else "outside"
+            raise ValueError(
+                f"replay of robot_{index}: at {path.stamps[k]:g} s, ({places[k, 0]:g}, {places[k, 1]:g}), it is "
+                f"{where} of world {world.name!r}"
+            )

@@ -1,0 +1,191 @@
+"""One robot at the wheel: it follows paths, avoids what it sees, gets itself unstuck, and makes way for others."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.grid import OccupancyGrid
+from mapping.scan import LidarScan
+from mapping.se2 import SE2
+from sim.avoidance import Avoidance
+from sim.fence import Fence
+from sim.give_way import in_the_way, nearest, patience, retreat, room_at
+from sim.known_floor import KnownFloor
+from sim.robot import RobotSettings
+from sim.routes import Routes
+from sim.stopwatch import Stopwatch
+from worlds.polygon import Polygon
+
+REPLAN = 2.5
+"""Longest time that a plan is kept [s]."""
+LOOKAHEAD = (0.2, 0.9)
+"""How near and how far ahead on its path a robot aims [m]."""
+ARRIVED = 0.3
+"""Distance at which the end of a path counts as reached [m]."""
+STUCK_TIME, STUCK_DISTANCE = 3.0, 0.15
+"""A robot that got no farther than this [m] in this time [s] on its way is stuck."""
+BAN_TIME = 15.0
+"""For this time [s], a goal that could not be reached is not tried again."""
+LEAST_ASIDE, MOST_ASIDE, CLEAR_OF = 1.5, 8.0, 1.6
+"""A robot that gave way stands aside for at least and at most this long [s], in between until none is this near [m]."""
+LOOK_AROUND = 0.6
+"""A robot that has nowhere to go and does not see all round turns this fast [rad/s]."""
+
+NOWHERE: NDArray[np.float64] = np.empty((0, 2))
+
+
+class Policy(Protocol):
+    """Where a robot wants to go: it knows a map and chooses paths on it."""
+
+    finished: bool
+    """Whether the robot has nothing left to do."""
+
+    def look(self, scan: LidarScan, world_from_base: SE2) -> None:
+        """Take a scan in."""
+
+    def known(self) -> OccupancyGrid:
+        """The map that is known by now."""
+
+    def choose(
+        self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """A path, (N, 2) [m], along these routes on this grid to the best goal; (0, 2) where there is none. Goals
+        near banned places, (2,), are not to be chosen."""
+
+
+class Pilot:
+    """Steers one robot from its clean scans at true poses; all it hears of the world is the ``fence``, if there is
+    one, that it must not cross. ``rank`` is its number in the team, by which equals do not wait for each other."""
+
+    def __init__(
+        self, robot: RobotSettings, rank: int, policy: Policy, stopwatch: Stopwatch, fence: Polygon | None = None
+    ) -> None:
+        self._robot, self._rank, self._policy, self._stopwatch = robot, rank, policy, stopwatch
+        self._fence = Fence(fence)
+        self._avoidance = Avoidance(robot.limits, robot.radius)
+        self._floor = KnownFloor()
+        self._walls = NOWHERE
+        sees_all_round = robot.lidar.beams * abs(robot.lidar.angle_increment) > math.tau - math.radians(5.0)
+        self._idle_turn = 0.0 if sees_all_round else min(LOOK_AROUND, robot.limits.turn_rate)
+        self._path = NOWHERE
+        self._planned_at = -math.inf
+        self._banned: list[tuple[float, NDArray[np.float64]]] = []
+        self._past: deque[tuple[float, NDArray[np.float64]]] = deque()
+        self._blocked: tuple[float, NDArray[np.float64]] | None = None
+        self._aside_since: float | None = None
+        self._moving = self._commanded = (0.0, 0.0)
+        self._stamp = 0.0
+
+    def command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
+        """The (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""
+        if not self._policy.finished:
+            with self._stopwatch.on("mapping"):
+                self._policy.look(scan, world_from_base)
+        with self._stopwatch.on("planning"):
+            self._moving = self._robot.limits.ramped(self._moving, self._commanded, scan.stamp - self._stamp)
+            self._stamp = scan.stamp
+            self._commanded = self._decide(scan, world_from_base)
+            return self._commanded
+
+    def _decide(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
+        now, here = scan.stamp, np.array((world_from_base.x, world_from_base.y))
+        points = self._robot.lidar.base_from_lidar.apply(scan.points())
+        movers = self._floor.movers(world_from_base.apply(points))
+        if self._aside_since is not None:
+            self._stand_aside(now - self._aside_since, here, movers)
+        else:
+            self._mind_the_way(now, here, movers)
+        if len(self._path) == 0:
+            return 0.0, 0.0 if self._policy.finished or self._aside_since is not None else self._idle_turn
+        seen = self._fence.beside(points, world_from_base)
+        ahead = world_from_base.inverse().apply(_ahead(self._path, here))
+        return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen, self._moving)
+
+    def _mind_the_way(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
+        """Wait, make way or plan anew as things stand."""
+        if self._waits(now, here, movers):
+            self._past.clear()
+            if now - self._planned_at > REPLAN and not self._policy.finished:
+                self._plan(now, here, NOWHERE)
+            return
+        if self._aside_since is not None or self._policy.finished:
+            return
+        if self._is_stuck(now, here):
+            self._banned.append((now + BAN_TIME, self._path[-1]))
+            self._path, self._planned_at = NOWHERE, -math.inf
+        arrived = len(self._path) > 0 and math.dist(here, self._path[-1]) < ARRIVED
+        if arrived or now - self._planned_at > REPLAN:
+            self._plan(now, here, movers)
+
+    def _waits(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> bool:
+        """Whether another stands in the way and is waited for; whoever has waited long enough gives way."""
+        other = nearest(movers, here)
+        if other is None or not (len(self._path) == 0 or in_the_way(self._path, movers, here)):
+            self._blocked = None
+            return False
+        if self._blocked is None or math.dist(here, self._blocked[1]) > 2.0 * STUCK_DISTANCE:
+            self._blocked = (now, here)
+        room, other_room = room_at(self._walls, here), room_at(self._walls, other)
+        if now - self._blocked[0] < patience(room, other_room, self._rank):
+            return True
+        self._blocked = None
+        routes = Routes(self._grid(movers), here, self._robot.radius)
+        cell = retreat(routes, here, other)
+        if cell is not None:
+            self._path, self._aside_since = routes.path_to(cell), now
+        return False
+
+    def _stand_aside(self, aside: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
+        """Stay out of the way, for ``aside`` [s] by now, until the other has passed."""
+        if len(self._path) and math.dist(here, self._path[-1]) < ARRIVED:
+            self._path = NOWHERE
+        near = len(movers) > 0 and bool((np.hypot(*(movers - here).T) < CLEAR_OF).any())
+        if aside > MOST_ASIDE or (aside > LEAST_ASIDE and not near):
+            self._aside_since = None
+            self._path, self._planned_at = NOWHERE, -math.inf
+
+    def _plan(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
+        self._planned_at = now
+        known = self._fence.drawn_into(self._policy.known())
+        self._floor.learn(known)
+        grid = self._floor.without_movers(known, NOWHERE)
+        self._walls = grid.frame.metres_from_cells(np.argwhere(grid.occupied))
+        if len(movers):
+            grid = self._floor.without_movers(known, movers)
+        self._banned = [ban for ban in self._banned if ban[0] > now]
+        routes = Routes(grid, here, self._robot.radius)
+        self._path = self._policy.choose(now, grid, routes, [place for _, place in self._banned])
+
+    def _grid(self, movers: NDArray[np.float64]) -> OccupancyGrid:
+        known = self._fence.drawn_into(self._policy.known())
+        self._floor.learn(known)
+        return self._floor.without_movers(known, movers)
+
+    def _is_stuck(self, now: float, here: NDArray[np.float64]) -> bool:
+        if len(self._path) == 0:
+            self._past.clear()
+            return False
+        self._past.append((now, here))
+        if now - self._past[0][0] < STUCK_TIME:
+            return False
+        while now - self._past[0][0] > STUCK_TIME:
+            self._past.popleft()
+        stuck = all(math.dist(here, place) < STUCK_DISTANCE for _, place in self._past)
+        if stuck:
+            self._past.clear()
+        return stuck
+
+
+def _ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The stretch of the path between two distances past the point nearest to the robot, (N, 2)."""
+    off = path - here
+    distance = np.hypot(off[:, 0], off[:, 1])
+    first = int(np.argmin(distance))
+    rest = distance[first:]
+    near, far = (int(np.argmax(rest > reach)) or len(rest) - 1 for reach in LOOKAHEAD)
+    return path[first + near : first + max(near, far) + 1]

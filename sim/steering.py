@@ -1,0 +1,98 @@
+"""Motions rolled out and judged, compiled."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+HORIZON = 1.2
+"""How far ahead a motion is looked at [s]."""
+STEPS = 12
+MARGIN = 0.06
+"""Least distance between the hull and anything seen [m]."""
+COMFORT = 0.2
+"""Distance of the hull to anything seen [m] below which a motion is thought worse."""
+
+
+@njit(cache=True)
+def rooms_and_ends(
+    fan: NDArray[np.float64],
+    velocity: tuple[float, float],
+    acceleration: tuple[float, float],
+    radius: float,
+    near: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What comes of each motion of a fan, (M, 2) forward speed [m/s] and turn rate [rad/s], begun at ``velocity``.
+
+    Returns, (M, 2), the least room between the hull and the points ``near``, (N, 2) in base [m], and the room at
+    the end; and, (M, 3), the pose in base where it ends. Speeds change at most by the ``acceleration``.
+    """
+    rooms, ends = np.empty((fan.shape[0], 2)), np.empty((fan.shape[0], 3))
+    dt = HORIZON / STEPS
+    most_speed, most_turn = acceleration[0] * dt, acceleration[1] * dt
+    for m in range(fan.shape[0]):
+        speed, turn = velocity
+        x, y, yaw = 0.0, 0.0, 0.0
+        least, room = math.inf, math.inf
+        for _ in range(STEPS):
+            speed += max(-most_speed, min(most_speed, fan[m, 0] - speed))
+            turn += max(-most_turn, min(most_turn, fan[m, 1] - turn))
+            x += speed * dt * math.cos(yaw + turn * dt / 2.0)
+            y += speed * dt * math.sin(yaw + turn * dt / 2.0)
+            yaw += turn * dt
+            squared = math.inf
+            for k in range(near.shape[0]):
+                squared = min(squared, (near[k, 0] - x) ** 2 + (near[k, 1] - y) ** 2)
+            room = math.sqrt(squared) - radius
+            least = min(least, room)
+        rooms[m, 0], rooms[m, 1] = least, room
+        ends[m, 0], ends[m, 1], ends[m, 2] = x, y, yaw
+    return rooms, ends
+
+
+@njit(cache=True)
+def best_motion(
+    fan: NDArray[np.float64],
+    rooms: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    target: NDArray[np.float64],
+) -> int:
+    """Which motion of the fan ends best for a target, (2,) in base [m]: of those that keep the margin, the one that
+    ends near it, looks at it and keeps room; if none keeps the margin, the one that keeps or wins the most room."""
+    best, least_cost = -1, math.inf
+    for m in range(fan.shape[0]):
+        if rooms[m, 0] < MARGIN:
+            continue
+        dx, dy = target[0] - ends[m, 0], target[1] - ends[m, 1]
+        distance = math.hypot(dx, dy)
+        bearing = math.atan2(dy, dx) - ends[m, 2]
+        off = abs(math.atan2(math.sin(bearing), math.cos(bearing))) * min(1.0, distance / 0.3)
+        tight = max(0.0, COMFORT - rooms[m, 0]) / COMFORT
+        cost = distance + 0.25 * off + 0.15 * tight
+        if fan[m, 0] < 0.0:
+            cost += 0.2
+        if fan[m, 0] == 0.0 and fan[m, 1] == 0.0:
+            cost += 0.3
+        if cost < least_cost:
+            best, least_cost = m, cost
+    if best >= 0:
+        return best
+    return int(np.argmax(rooms[:, 0] + rooms[:, 1]))
+
+
+@njit(cache=True)
+def straight_gaps(path: NDArray[np.float64], near: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How near points, (N, 2), come to the straight way to each point of a path, (M, 2): (M,), all in base [m]."""
+    gaps = np.empty(path.shape[0])
+    for p in range(path.shape[0]):
+        length = max(math.hypot(path[p, 0], path[p, 1]), 1e-9)
+        ux, uy = path[p, 0] / length, path[p, 1] / length
+        squared = math.inf
+        for k in range(near.shape[0]):
+            along = max(0.0, min(length, near[k, 0] * ux + near[k, 1] * uy))
+            squared = min(squared, (near[k, 0] - along * ux) ** 2 + (near[k, 1] - along * uy) ** 2)
+        gaps[p] = math.sqrt(squared)
+    return gaps

@@ -1,0 +1,112 @@
+"""A robot on patrol: it knows the place and drives from goal to goal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from mapping.grid import OccupancyGrid
+from mapping.scan import LidarScan
+from mapping.se2 import SE2
+from sim.pilot import ARRIVED, NOWHERE
+from sim.routes import Routes
+from sim.starts import CELL
+from worlds.floor import find_floor
+from worlds.raster import true_raster
+from worlds.world import World
+
+GOALS = 8
+"""How many goals a robot draws that was given none."""
+
+Goal = tuple[float, float]
+"""x, y in the world [m]."""
+
+
+class Tour:
+    """Drives to ``goals`` in turn, beginning with number ``first``, round and round; one that cannot be reached now
+    is left out. The walls are known beforehand from ``plan``, the true raster; what moves is seen by the lidar."""
+
+    def __init__(self, plan: OccupancyGrid, goals: Sequence[Goal], first: int = 0) -> None:
+        self._plan = plan
+        self._goals = [np.array(goal) for goal in goals]
+        self._next = first % len(goals)
+        self._here = np.zeros(2)
+        self.finished = False
+
+    def look(self, scan: LidarScan, world_from_base: SE2) -> None:
+        """Note where the robot is."""
+        self._here = np.array((world_from_base.x, world_from_base.y))
+
+    def known(self) -> OccupancyGrid:
+        """The floor plan."""
+        return self._plan
+
+    def choose(
+        self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """The path to the present goal, or to the next one once it is reached; (0, 2) where all are out of reach."""
+        if math.dist(self._here, self._goals[self._next]) < ARRIVED:
+            self._next = (self._next + 1) % len(self._goals)
+        for _ in self._goals:
+            goal = self._goals[self._next]
+            cell = grid.frame.cells_from_metres(goal[None])[0]
+            blocked = any(math.dist(goal, place) < ARRIVED for place in banned)
+            if not blocked and np.isfinite(routes.costs[tuple(cell)]):
+                return routes.path_to(cell)
+            self._next = (self._next + 1) % len(self._goals)
+        return NOWHERE
+
+
+def floor_plan(world: World) -> OccupancyGrid:
+    """The walls as a robot on patrol knows them."""
+    return true_raster(world, CELL)
+
+
+def check_goals(world: World, goals: Sequence[Goal], starts: Sequence[SE2], radius: float) -> None:
+    """Raise ``ValueError`` naming a goal that robots of ``radius`` [m] cannot drive to from their starts, and why."""
+    floor = find_floor(world, radius + CELL, CELL)
+    reached = {int(floor.part[cell]) for cell in _cells(floor.part, floor.frame.cells_from_metres(_places(starts)))}
+    for index, (x, y) in enumerate(goals):
+        told = f"goal {index} at ({x:g}, {y:g})"
+        if not (0.0 <= x <= world.size[0] and 0.0 <= y <= world.size[1]):
+            raise ValueError(f"{told} is outside world {world.name!r} of {world.size[0]:g} x {world.size[1]:g} m")
+        gap = float(world.clearance([(x, y)])[0])
+        (cell,) = _cells(floor.part, floor.frame.cells_from_metres([(x, y)]))
+        if gap <= 0.0:
+            raise ValueError(f"{told} is in a wall of world {world.name!r}")
+        if floor.part[cell] == 0:
+            raise ValueError(
+                f"{told} is {gap:.2f} m from a wall of world {world.name!r}: too narrow for a radius of {radius:g} m"
+            )
+        if reached - {0} and int(floor.part[cell]) not in reached:
+            raise ValueError(f"{told} is in a part of world {world.name!r} that no robot starts in")
+
+
+def draw_goals(rng: np.random.Generator, world: World, start: SE2, radius: float) -> tuple[Goal, ...]:
+    """Places that a robot of ``radius`` [m] can drive to from its start, drawn evenly from the floor.
+
+    Raises ``ValueError`` where it stands nowhere.
+    """
+    floor = find_floor(world, radius + 2.0 * CELL, CELL)
+    (cell,) = _cells(floor.part, floor.frame.cells_from_metres(_places([start])))
+    if floor.part[cell] == 0:
+        nearest = ndimage.distance_transform_edt(floor.part == 0, return_distances=False, return_indices=True)
+        cell = (int(nearest[0][cell]), int(nearest[1][cell]))
+    members = np.argwhere(floor.part == floor.part[cell])
+    if floor.part[cell] == 0 or len(members) == 0:
+        raise ValueError(f"world {world.name!r} has no floor for a tour of a robot of {radius:g} m radius")
+    drawn = members[rng.integers(len(members), size=GOALS)]
+    return tuple((float(x), float(y)) for x, y in floor.frame.metres_from_cells(drawn))
+
+
+def _places(starts: Sequence[SE2]) -> NDArray[np.float64]:
+    return np.array([(start.x, start.y) for start in starts])
+
+
+def _cells(part: NDArray[np.int64], cells: NDArray[np.int64]) -> list[tuple[int, int]]:
+    clipped = np.clip(cells, 0, np.array(part.shape) - 1)
+    return [(int(row), int(col)) for row, col in clipped]
