@@ -23,7 +23,8 @@ def thesis_floor(rng: np.random.Generator, width: float = 49.0, height: float = 
     """Draw three wings about a solid court that is open to the top: a corridor 1.8 to 2 m wide and, outside of it,
     rooms of 5.5 to 7.5 m in a row, most of them alike, with short wall stubs.
 
-    It brings three starts, in the left, the right and the lower corridor, so that the first two robots meet last. Raises ``ValueError`` below 36 x 26 m.
+    It brings three starts, in the left, the right and the lower corridor, so that the first two robots meet last.
+    Raises ``ValueError`` below 36 x 26 m.
     """
     require_size("thesis_floor", width, height, (36.0, 26.0))
     plan = thesis_floor_plan(rng, width, height)
