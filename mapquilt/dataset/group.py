@@ -13,13 +13,13 @@ from mapquilt import run_folder
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
 from mapquilt.json_file import read_record
+from mapquilt.place import open_place
 from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, make_sample
 from mapquilt.true_places import TruePlaces, true_places
 from sim.mission import Mission, simulate
 from sim.mission_file import save_mission
 from sim.mission_settings import MissionSettings
-from worlds.families import make_world
 
 MISSIONS_FOLDER = "missions"
 SAMPLES_FOLDER = "samples"
@@ -61,7 +61,8 @@ def make_group(plan: MissionPlan) -> Group:
 
 
 def _simulate(plan: MissionPlan) -> Mission:
-    world = make_world(plan.missions.world, plan.seed)
+    spec = plan.missions
+    world = open_place(spec.world, plan.seed, spec.width, spec.height, spec.plan_resolution)[0]
     settings = MissionSettings(robots=plan.missions.robots, duration=plan.missions.duration)
     return simulate(world, settings, plan.seed)[0]
 

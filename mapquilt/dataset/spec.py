@@ -25,9 +25,16 @@ class _Strict(BaseModel):
 
 
 class MissionsSpec(_Strict):
-    """``count`` missions of ``robots`` robots for ``duration`` s in worlds of one family, each in one of its own."""
+    """``count`` missions of ``robots`` robots for ``duration`` s in worlds of one family, each in one of its own.
+
+    ``world`` names a family, or the file of a world or plan, whose missions then differ by their starts alone;
+    ``width`` and ``height`` [m] size a family, ``plan_resolution`` [m a pixel] a plan that is a bare picture.
+    """
 
     world: str
+    width: Positive | None = None
+    height: Positive | None = None
+    plan_resolution: Positive | None = None
     count: Annotated[int, Field(ge=1)]
     robots: Annotated[int, Field(ge=1)] = 3
     duration: Positive = 120.0
