@@ -19,7 +19,6 @@ from mapquilt.sample import Sample, make_sample
 from mapquilt.true_places import TruePlaces, true_places
 from sim.mission import Mission, simulate
 from sim.mission_file import save_mission
-from sim.mission_settings import MissionSettings
 
 MISSIONS_FOLDER = "missions"
 SAMPLES_FOLDER = "samples"
@@ -63,8 +62,7 @@ def make_group(plan: MissionPlan) -> Group:
 def _simulate(plan: MissionPlan) -> Mission:
     spec = plan.missions
     world = open_place(spec.world, plan.seed, spec.width, spec.height, spec.plan_resolution)[0]
-    settings = MissionSettings(robots=plan.missions.robots, duration=plan.missions.duration)
-    return simulate(world, settings, plan.seed)[0]
+    return simulate(world, spec.settings(), plan.seed)[0]
 
 
 def _made_mission(plan: MissionPlan, mission: Mission) -> Made:

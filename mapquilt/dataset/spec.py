@@ -12,6 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from mapping.disguise import DisguiseRanges
 from mapping.sensor_model import sensor_model
 from mapquilt.true_places import check_parts
+from sim.lidar_presets import lidar_preset
+from sim.mission_settings import MissionSettings
+from sim.robot import RobotSettings
 
 READY = ("smoke", "standard", "noise-sweep")
 """The specifications that ship."""
@@ -29,6 +32,7 @@ class MissionsSpec(_Strict):
 
     ``world`` names a family, or the file of a world or plan, whose missions then differ by their starts alone;
     ``width`` and ``height`` [m] size a family, ``plan_resolution`` [m a pixel] a plan that is a bare picture.
+    ``overlap`` is the least and greatest share that the true footprints of any two robots are to have in common.
     """
 
     world: str
@@ -38,6 +42,18 @@ class MissionsSpec(_Strict):
     count: Annotated[int, Field(ge=1)]
     robots: Annotated[int, Field(ge=1)] = 3
     duration: Positive = 120.0
+    lidar: str = "default"
+    overlap: tuple[float, float] | None = None
+
+    def settings(self) -> MissionSettings:
+        """The missions' settings. Raises ``ValueError`` naming what is out of range."""
+        robot = RobotSettings(lidar=lidar_preset(self.lidar).lidar)
+        return MissionSettings((robot,) * self.robots, self.duration, overlap=self.overlap)
+
+    @model_validator(mode="after")
+    def _check(self) -> MissionsSpec:
+        self.settings()
+        return self
 
 
 class SamplesSpec(_Strict):
