@@ -29,14 +29,22 @@ class Avoidance:
         self._reach = limits.speed * HORIZON + radius + COMFORT
 
     def steer(
-        self, target: NDArray[np.float64], seen: NDArray[np.float64], velocity: tuple[float, float] = (0.0, 0.0)
+        self,
+        target: NDArray[np.float64],
+        seen: NDArray[np.float64],
+        velocity: tuple[float, float] = (0.0, 0.0),
+        drifts: NDArray[np.float64] | None = None,
     ) -> tuple[float, float]:
         """(forward speed [m/s], turn rate [rad/s]) towards a target, (2,), past seen points, (N, 2), in base [m], for
-        a robot that moves at ``velocity`` (the same two) now.
+        a robot that moves at ``velocity`` (the same two) now. ``drifts``, (N, 2) [m/s], is how the points move.
 
         Where every motion comes too near, the one that keeps or wins the most room.
         """
-        rooms, ends = rooms_and_ends(self._fan, velocity, self._acceleration, self._radius, self._near(seen))
+        drifts = np.zeros_like(seen) if drifts is None else drifts
+        chosen = self._near(seen, HORIZON * np.hypot(drifts[:, 0], drifts[:, 1]))
+        rooms, ends = rooms_and_ends(
+            self._fan, velocity, self._acceleration, self._radius, seen[chosen], drifts[chosen]
+        )
         speed, turn_rate = self._fan[best_motion(self._fan, rooms, ends, np.ascontiguousarray(target))]
         return float(speed), float(turn_rate)
 
@@ -45,12 +53,13 @@ class Avoidance:
 
         Where it could reach none, the path's first point.
         """
-        gaps = straight_gaps(np.ascontiguousarray(path), self._near(seen))
+        gaps = straight_gaps(np.ascontiguousarray(path), seen[self._near(seen, 0.0)])
         straight = np.flatnonzero(gaps >= min(self._radius + MARGIN, gaps[0]))
         point: NDArray[np.float64] = path[int(straight[-1])]
         return point
 
-    def _near(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The seen points that a motion can come near to, thinned out to at most ``MAX_SEEN`` of them."""
-        near = seen[seen[:, 0] ** 2 + seen[:, 1] ** 2 < self._reach**2]
-        return np.ascontiguousarray(near[:: 1 + len(near) // MAX_SEEN])
+    def _near(self, seen: NDArray[np.float64], coming: NDArray[np.float64] | float) -> NDArray[np.int64]:
+        """Which of the seen points a motion can come near to that may come nearer by so much [m], thinned out to at
+        most ``MAX_SEEN`` of them."""
+        near = np.flatnonzero(seen[:, 0] ** 2 + seen[:, 1] ** 2 < (self._reach + coming) ** 2)
+        return near[:: 1 + len(near) // MAX_SEEN]

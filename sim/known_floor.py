@@ -39,14 +39,13 @@ class KnownFloor:
         log_odds[tuple(cells.T)] = LOG_ODDS
         return OccupancyGrid(grid.frame, log_odds)
 
-    def movers(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Those of the seen points, (N, 2) [m] in the map, that stand on this floor: (M, 2)."""
-        cells = np.floor((points - (self._frame.origin.x, self._frame.origin.y)) / self._frame.resolution)
-        row, col = cells[:, 1].astype(np.int64), cells[:, 0].astype(np.int64)
+    def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of the seen points, (N, 2) [m] in the map, stand on this floor, and so move, or will: (N,)."""
+        local = (points - (self._frame.origin.x, self._frame.origin.y)) / self._frame.resolution
+        col, row = np.floor(local).astype(np.int64).T
         rows, cols = self._frame.shape
-        inside = np.flatnonzero((row >= 0) & (row < rows) & (col >= 0) & (col < cols))
-        on_floor = inside[self._bare[row[inside], col[inside]]]
-        standing: NDArray[np.float64] = points[on_floor]
+        standing: NDArray[np.bool_] = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
+        standing[standing] = self._bare[row[standing], col[standing]]
         return standing
 
     def _window(self, larger: GridFrame) -> tuple[slice, slice]:

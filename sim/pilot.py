@@ -19,6 +19,7 @@ from sim.known_floor import KnownFloor
 from sim.robot import RobotSettings
 from sim.routes import Routes
 from sim.stopwatch import Stopwatch
+from sim.tracking import Tracker
 from worlds.polygon import Polygon
 
 REPLAN = 2.5
@@ -69,6 +70,7 @@ class Pilot:
         self._fence = Fence(fence)
         self._avoidance = Avoidance(robot.limits, robot.radius)
         self._floor = KnownFloor()
+        self._tracker = Tracker()
         self._walls = NOWHERE
         sees_all_round = robot.lidar.beams * abs(robot.lidar.angle_increment) > math.tau - math.radians(5.0)
         self._idle_turn = 0.0 if sees_all_round else min(LOOK_AROUND, robot.limits.turn_rate)
@@ -95,7 +97,10 @@ class Pilot:
     def _decide(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
         now, here = scan.stamp, np.array((world_from_base.x, world_from_base.y))
         points = self._robot.lidar.base_from_lidar.apply(scan.points())
-        movers = self._floor.movers(world_from_base.apply(points))
+        placed = world_from_base.apply(points)
+        moving = self._floor.holds(placed)
+        movers = placed[moving]
+        drifts = self._tracker.drifts(now, movers, here)
         if self._aside_since is not None:
             self._stand_aside(now - self._aside_since, here, movers)
         else:
@@ -104,7 +109,9 @@ class Pilot:
             return 0.0, 0.0 if self._policy.finished or self._aside_since is not None else self._idle_turn
         seen = self._fence.beside(points, world_from_base)
         ahead = world_from_base.inverse().apply(_ahead(self._path, here))
-        return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen, self._moving)
+        drift = np.zeros_like(seen)
+        drift[: len(points)][moving] = SE2(0.0, 0.0, -world_from_base.yaw).apply(drifts)
+        return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen, self._moving, drift)
 
     def _mind_the_way(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
         """Wait, make way or plan anew as things stand."""

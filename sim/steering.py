@@ -24,11 +24,13 @@ def rooms_and_ends(
     acceleration: tuple[float, float],
     radius: float,
     near: NDArray[np.float64],
+    drifts: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What comes of each motion of a fan, (M, 2) forward speed [m/s] and turn rate [rad/s], begun at ``velocity``.
 
-    Returns, (M, 2), the least room between the hull and the points ``near``, (N, 2) in base [m], and the room at
-    the end; and, (M, 3), the pose in base where it ends. Speeds change at most by the ``acceleration``.
+    Returns, (M, 2), the least room between the hull and the points ``near``, (N, 2) in base [m], which move on at
+    ``drifts``, (N, 2) [m/s], and the room at the end; and, (M, 3), the pose in base where the motion ends. Speeds
+    change at most by the ``acceleration``.
     """
     rooms, ends = np.empty((fan.shape[0], 2)), np.empty((fan.shape[0], 3))
     dt = HORIZON / STEPS
@@ -37,7 +39,7 @@ def rooms_and_ends(
         speed, turn = velocity
         x, y, yaw = 0.0, 0.0, 0.0
         least, room = math.inf, math.inf
-        for _ in range(STEPS):
+        for step in range(1, STEPS + 1):
             speed += max(-most_speed, min(most_speed, fan[m, 0] - speed))
             turn += max(-most_turn, min(most_turn, fan[m, 1] - turn))
             x += speed * dt * math.cos(yaw + turn * dt / 2.0)
@@ -45,7 +47,9 @@ def rooms_and_ends(
             yaw += turn * dt
             squared = math.inf
             for k in range(near.shape[0]):
-                squared = min(squared, (near[k, 0] - x) ** 2 + (near[k, 1] - y) ** 2)
+                dx = near[k, 0] + drifts[k, 0] * step * dt - x
+                dy = near[k, 1] + drifts[k, 1] * step * dt - y
+                squared = min(squared, dx * dx + dy * dy)
             room = math.sqrt(squared) - radius
             least = min(least, room)
         rooms[m, 0], rooms[m, 1] = least, room

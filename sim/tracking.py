@@ -1,0 +1,43 @@
+"""How the nearest thing that moves is moving."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+SIZE = 0.6
+"""Points this near to the nearest one [m] are taken for the same robot."""
+FASTEST = 2.0
+"""A thing that seems to move faster [m/s] is another one."""
+TRUST = 0.5
+"""Weight of the newest estimate."""
+
+
+class Tracker:
+    """Follows the nearest of the things that move from scan to scan."""
+
+    def __init__(self) -> None:
+        self._stamp, self._middle = -math.inf, np.zeros(2)
+        self._velocity = np.zeros(2)
+
+    def drifts(self, now: float, points: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The velocity of each seen point that moves, (N, 2) each, [m] and [m/s] in the map, at time ``now`` [s] for a
+        robot ``here``, (2,): that of the nearest thing, and 0 for all others."""
+        drifts = np.zeros_like(points)
+        if len(points) == 0:
+            self._stamp = -math.inf
+            return drifts
+        nearest = points[int(np.argmin(np.hypot(*(points - here).T)))]
+        same = np.hypot(*(points - nearest).T) < SIZE
+        middle = points[same].mean(axis=0)
+        seconds = now - self._stamp
+        moved = middle - self._middle
+        if 0.0 < seconds < 1.0 and np.hypot(*moved) < FASTEST * seconds:
+            self._velocity = (1.0 - TRUST) * self._velocity + TRUST * moved / seconds
+        else:
+            self._velocity = np.zeros(2)
+        self._stamp, self._middle = now, middle
+        drifts[same] = self._velocity
+        return drifts
