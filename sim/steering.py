@@ -28,31 +28,32 @@ def rooms_and_ends(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What comes of each motion of a fan, (M, 2) forward speed [m/s] and turn rate [rad/s], begun at ``velocity``.
 
-    Returns, (M, 2), the least room between the hull and the points ``near``, (N, 2) in base [m], which move on at
-    ``drifts``, (N, 2) [m/s], and the room at the end; and, (M, 3), the pose in base where the motion ends. Speeds
-    change at most by the ``acceleration``.
+    Returns, (M, 3), the least room between the hull and the points ``near``, (N, 2) in base [m], which move on at
+    ``drifts``, (N, 2) [m/s]; the room at the end; the least room if they all stood still; and, (M, 3), the pose in
+    base where the motion ends. Speeds change at most by the ``acceleration``.
     """
-    rooms, ends = np.empty((fan.shape[0], 2)), np.empty((fan.shape[0], 3))
+    rooms, ends = np.empty((fan.shape[0], 3)), np.empty((fan.shape[0], 3))
     dt = HORIZON / STEPS
     most_speed, most_turn = acceleration[0] * dt, acceleration[1] * dt
     for m in range(fan.shape[0]):
         speed, turn = velocity
         x, y, yaw = 0.0, 0.0, 0.0
-        least, room = math.inf, math.inf
+        least, room, still = math.inf, math.inf, math.inf
         for step in range(1, STEPS + 1):
             speed += max(-most_speed, min(most_speed, fan[m, 0] - speed))
             turn += max(-most_turn, min(most_turn, fan[m, 1] - turn))
             x += speed * dt * math.cos(yaw + turn * dt / 2.0)
             y += speed * dt * math.sin(yaw + turn * dt / 2.0)
             yaw += turn * dt
-            squared = math.inf
+            squared, squared_still = math.inf, math.inf
             for k in range(near.shape[0]):
-                dx = near[k, 0] + drifts[k, 0] * step * dt - x
-                dy = near[k, 1] + drifts[k, 1] * step * dt - y
+                dx, dy = near[k, 0] - x, near[k, 1] - y
+                squared_still = min(squared_still, dx * dx + dy * dy)
+                dx, dy = dx + drifts[k, 0] * step * dt, dy + drifts[k, 1] * step * dt
                 squared = min(squared, dx * dx + dy * dy)
             room = math.sqrt(squared) - radius
-            least = min(least, room)
-        rooms[m, 0], rooms[m, 1] = least, room
+            least, still = min(least, room), min(still, math.sqrt(squared_still) - radius)
+        rooms[m, 0], rooms[m, 1], rooms[m, 2] = least, room, still
         ends[m, 0], ends[m, 1], ends[m, 2] = x, y, yaw
     return rooms, ends
 
@@ -65,7 +66,8 @@ def best_motion(
     target: NDArray[np.float64],
 ) -> int:
     """Which motion of the fan ends best for a target, (2,) in base [m]: of those that keep the margin, the one that
-    ends near it, looks at it and keeps room; if none keeps the margin, the one that keeps or wins the most room."""
+    ends near it, looks at it and keeps room; if none keeps the margin, the one that keeps or wins the most room, of
+    those that at least keep the margin to where all stands now, if there are such."""
     best, least_cost = -1, math.inf
     for m in range(fan.shape[0]):
         if rooms[m, 0] < MARGIN:
@@ -84,7 +86,12 @@ def best_motion(
             best, least_cost = m, cost
     if best >= 0:
         return best
-    return int(np.argmax(rooms[:, 0] + rooms[:, 1]))
+    most = -math.inf
+    clear = (rooms[:, 2] >= MARGIN).any()
+    for m in range(fan.shape[0]):
+        if (rooms[m, 2] >= MARGIN or not clear) and rooms[m, 0] + rooms[m, 1] > most:
+            best, most = m, rooms[m, 0] + rooms[m, 1]
+    return max(best, 0)
 
 
 @njit(cache=True)
