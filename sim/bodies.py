@@ -65,9 +65,11 @@ class VelocityBody:
 
     def before_step(self, seconds: float) -> None:
         """Act on the physics for the step of that many seconds to come."""
-        self._velocity = self._limits.ramped(self._velocity, self._wanted, seconds)
+        if self._velocity != self._wanted:
+            self._velocity = self._limits.ramped(self._velocity, self._wanted, seconds)
         speed, turn_rate = self._velocity
-        yaw = self.pose().yaw
+        _, (_, _, z, w) = self._bullet.getBasePositionAndOrientation(self.number, physicsClientId=self._client)
+        yaw = 2.0 * math.atan2(z, w)
         self._bullet.resetBaseVelocity(
             self.number,
             (speed * math.cos(yaw), speed * math.sin(yaw), 0.0),
@@ -148,10 +150,9 @@ class WheeledBody(VelocityBody):
         return int(made)
 
     def before_step(self, seconds: float) -> None:
-        before = self._velocity
-        self._velocity = self._limits.ramped(before, self._wanted, seconds)
-        if self._velocity == before:
+        if self._velocity == self._wanted:
             return
+        self._velocity = self._limits.ramped(self._velocity, self._wanted, seconds)
         speed, turn = self._velocity[0], self._velocity[1] * self._half_track
         torque = MOTOR_FORCE * max(1.0, self._limits.acceleration) * self._wheel
         self._bullet.setJointMotorControlArray(

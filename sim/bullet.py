@@ -58,6 +58,7 @@ class BulletScene:
         self._starts = tuple(starts)
         self._robots = [robots] * len(starts) if isinstance(robots, RobotSettings) else list(robots)
         self._drive: Drive = drive
+        self._directions: dict[Lidar, NDArray[np.float64]] = {}
 
     def __enter__(self) -> BulletScene:
         self._bullet = _pybullet()
@@ -142,18 +143,22 @@ class BulletScene:
 
         The robot does not see itself, and no beam is followed past the lidar's range.
         """
-        world_from_lidar = self.pose(robot) @ lidar.base_from_lidar
-        angles = world_from_lidar.yaw + lidar.angles
-        start = np.array((world_from_lidar.x, world_from_lidar.y, RAY_HEIGHT))
-        directions = np.stack((np.cos(angles), np.sin(angles), np.zeros(lidar.beams)), axis=-1)
-        distances = np.full(lidar.beams, math.inf)
-        bodies = np.full(lidar.beams, -1)
-        for reach in (min(SHORT_REACH, lidar.range_max), lidar.range_max):
-            missing = np.flatnonzero(bodies < 0)
-            for first in range(0, missing.size, MAX_RAYS):
-                rays = missing[first : first + MAX_RAYS]
-                bodies[rays], distances[rays] = self._hits(start, directions[rays], reach, ignored=2 << robot)
+        pose = self.pose(robot) @ lidar.base_from_lidar
+        ahead, c, s = self._beams(lidar), math.cos(pose.yaw), math.sin(pose.yaw)
+        start = np.array((pose.x, pose.y, RAY_HEIGHT))
+        ways = np.zeros((lidar.beams, 3))
+        ways[:, 0], ways[:, 1] = c * ahead[0] - s * ahead[1], s * ahead[0] + c * ahead[1]
+        bodies, distances = self._hits(start, ways, min(SHORT_REACH, lidar.range_max), ignored=2 << robot)
+        missing = (bodies < 0).nonzero()[0]
+        if missing.size and lidar.range_max > SHORT_REACH:
+            bodies[missing], distances[missing] = self._hits(start, ways[missing], lidar.range_max, ignored=2 << robot)
         return distances, self._is_robot[bodies]
+
+    def _beams(self, lidar: Lidar) -> NDArray[np.float64]:
+        """The directions of its beams in its own frame, (2, B), found once."""
+        if lidar not in self._directions:
+            self._directions[lidar] = np.stack((np.cos(lidar.angles), np.sin(lidar.angles)))
+        return self._directions[lidar]
 
     def rays(
         self, starts: NDArray[np.float64], ends: NDArray[np.float64], ignored: int = 0
@@ -167,14 +172,19 @@ class BulletScene:
         return hits
 
     def _hits(
-        self, start: NDArray[np.float64], directions: NDArray[np.float64], reach: float, ignored: int
+        self, start: NDArray[np.float64], ways: NDArray[np.float64], reach: float, ignored: int
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """The body (-1: none) and distance [m] (+inf: none) that each ray, (N, 3), meets first: (N,) each."""
-        starts = np.repeat(start[None], len(directions), axis=0)
-        hits = self.rays(starts, start + reach * directions, ignored)
+        starts = np.empty_like(ways)
+        starts[:] = start
+        ends = start + reach * ways
+        hits = list(self.rays(starts[:MAX_RAYS], ends[:MAX_RAYS], ignored))
+        for first in range(MAX_RAYS, len(ways), MAX_RAYS):
+            hits += self.rays(starts[first : first + MAX_RAYS], ends[first : first + MAX_RAYS], ignored)
         bodies = np.array([hit[0] for hit in hits])
-        fractions = np.array([hit[2] for hit in hits])
-        return bodies, np.where(bodies >= 0, fractions * reach, math.inf)
+        distances = reach * np.array([hit[2] for hit in hits])
+        distances[bodies < 0] = math.inf
+        return bodies, distances
 
 
 def _pybullet() -> Any:
