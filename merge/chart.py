@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -11,8 +12,13 @@ from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
 from mapping.grid import OccupancyGrid
+from merge.layers import Layers
+from merge.laying import Surface
 
 NORMAL_BLUR_CELLS = 1.2
+SECTOR_COSINE = 0.38
+"""A wall faces about right, up, left or down if it does so within 67 degrees: it may face two of them."""
+
 MARGIN_SHARE = 0.06
 """The rasters reach this share of the diagonal beyond the map, so that walls just outside find their nearest."""
 
@@ -23,9 +29,10 @@ class Chart:
 
     ``points`` (N, 2) are the surface: where an occupied cell meets free space, on the face between the two, in
     row-major order. ``normals`` (N, 2) are unit vectors into the free space, or zero where it lies on all sides
-    alike. ``nearest`` is the index of the nearest surface point, -1 if there is none, and ``depth`` the distance to
-    the nearest cell that is not free; both are rasters with ``margin`` more cells on each side. ``diagonal`` is that
-    of the known part's bounding box.
+    alike. ``nearest`` (4, rows, cols) is the index of the nearest surface point that faces about right, up, left and
+    down, -1 if there is none, so that the two sides of a thin wall are not taken for one another; ``depth`` is the
+    distance to the nearest cell that is not free; both have ``margin`` more cells on each side. ``diagonal`` is that of
+    the known part's bounding box.
     """
 
     grid: OccupancyGrid
@@ -46,33 +53,26 @@ class Chart:
             grid=grid,
             points=frozen_array(np.stack((cols, rows), axis=-1) + 0.5 + 0.5 * normals, np.float64),
             normals=frozen_array(normals, np.float64),
-            nearest=frozen_array(_nearest(grid.frame.shape, rows, cols, margin), np.int32),
+            nearest=frozen_array(_nearest(grid.frame.shape, rows, cols, normals, margin), np.int32),
             depth=frozen_array(np.pad(_depth(grid), margin), np.float32),
             margin=margin,
             diagonal=diagonal,
         )
 
-    def cells_of(self, points: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
-        """Row and column in the padded rasters of points (N, 2), and which lie inside; those outside get (0, 0)."""
-        cells = np.floor(points).astype(np.intp) + self.margin
-        rows, cols = self.nearest.shape
-        inside = (cells[:, 0] >= 0) & (cells[:, 0] < cols) & (cells[:, 1] >= 0) & (cells[:, 1] < rows)
-        cells[~inside] = 0
-        return cells[:, 1], cells[:, 0], inside
+    @property
+    def surface(self) -> Surface:
+        """The arrays that the compiled loops read."""
+        return self.points, self.normals, self.nearest, self.depth, self.margin
 
-    def nearest_to(self, points: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """Index of the nearest surface point and the distance to it [cells], for points (N, 2); -1 and inf if none."""
-        if not len(self.points):
-            return np.full(len(points), -1, dtype=np.int32), np.full(len(points), np.inf)
-        rows, cols, inside = self.cells_of(points)
-        index = np.where(inside, self.nearest[rows, cols], np.int32(-1))
-        distance = np.hypot(*(points - self.points[index]).T)
-        return index, np.where(inside, distance, np.inf)
+    @cached_property
+    def layers(self) -> Layers:
+        """The map as the correlation sees it."""
+        return Layers.of(self.grid, _surface(self.grid))
 
-    def depth_at(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
-        """How deep in free space the points (N, 2) lie [cells]; 0 where it is not free."""
-        rows, cols, inside = self.cells_of(points)
-        return np.where(inside, self.depth[rows, cols], np.float32(0.0))
+    @cached_property
+    def middle(self) -> NDArray[np.float64]:
+        """The mean (2,) of the surface points; zero if there are none."""
+        return self.points.mean(axis=0) if len(self.points) else np.zeros(2)
 
 
 def _surface(grid: OccupancyGrid) -> NDArray[np.bool_]:
@@ -95,16 +95,32 @@ def _known_diagonal(grid: OccupancyGrid) -> float:
     return math.hypot(np.ptp(rows) + 1, np.ptp(cols) + 1) if rows.size else 0.0
 
 
-def _nearest(shape: tuple[int, int], rows: NDArray[np.intp], cols: NDArray[np.intp], margin: int) -> NDArray[np.int32]:
-    elsewhere = np.ones((shape[0] + 2 * margin, shape[1] + 2 * margin), dtype=np.uint8)
-    if not rows.size:
-        return np.full(elsewhere.shape, -1, dtype=np.int32)
-    elsewhere[rows + margin, cols + margin] = 0
+def _nearest(
+    shape: tuple[int, int],
+    rows: NDArray[np.intp],
+    cols: NDArray[np.intp],
+    normals: NDArray[np.float64],
+    margin: int,
+) -> NDArray[np.int32]:
+    nearest = np.full((4, shape[0] + 2 * margin, shape[1] + 2 * margin), -1, dtype=np.int32)
+    every_way = ~normals.any(axis=1)
+    for k, axis in enumerate(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))):
+        members = np.flatnonzero(every_way | (normals @ axis > SECTOR_COSINE))
+        if members.size:
+            nearest[k] = _labels(nearest.shape[1:], rows[members] + margin, cols[members] + margin, members)
+    return nearest
+
+
+def _labels(
+    shape: tuple[int, ...], rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]
+) -> NDArray[np.int32]:
+    elsewhere = np.ones(shape, dtype=np.uint8)
+    elsewhere[rows, cols] = 0
     _, labels = cv2.distanceTransformWithLabels(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
     index_of_label = np.full(int(labels.max()) + 1, -1, dtype=np.int32)
-    index_of_label[labels[rows + margin, cols + margin]] = np.arange(rows.size, dtype=np.int32)
-    nearest: NDArray[np.int32] = index_of_label[labels]
-    return nearest
+    index_of_label[labels[rows, cols]] = index
+    found: NDArray[np.int32] = index_of_label[labels]
+    return found
 
 
 def _depth(grid: OccupancyGrid) -> NDArray[np.float32]:

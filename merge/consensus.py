@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from merge.proposer import Proposal
@@ -24,9 +25,10 @@ class ConsensusSettings:
     distinct_cells: float = 10.0
     proposals: int = 16
     min_inliers: int = 3
+    looked_at: int = 400
 
     def __post_init__(self) -> None:
-        for name in ("samples", "inlier_distance_cells", "distinct_cells", "proposals", "min_inliers"):
+        for name in ("samples", "inlier_distance_cells", "distinct_cells", "proposals", "min_inliers", "looked_at"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"ConsensusSettings: {name} is {getattr(self, name)}, must be positive")
 
@@ -51,12 +53,12 @@ def consensus(
     p, q = source[:, 0] + 1j * source[:, 1], target[:, 0] + 1j * target[:, 1]
     turn, shift = _similarities(p, q, first, second, scale)
     gate = settings.inlier_distance_cells * np.maximum(1.0, np.abs(turn))
-    inliers = np.abs(turn[:, None] * p + shift[:, None] - q) < gate[:, None]
+    counts = _count_inliers(p, q, turn, shift, gate)
     found: list[Proposal] = []
-    for k in np.argsort(-inliers.sum(axis=1), kind="stable"):
-        if len(found) == settings.proposals or inliers[k].sum() < settings.min_inliers:
+    for k in np.argsort(-counts, kind="stable")[: settings.looked_at]:
+        if len(found) == settings.proposals or counts[k] < settings.min_inliers:
             break
-        proposal = _refit(target, source, inliers[k], scale, settings)
+        proposal = _refit(target, source, np.abs(turn[k] * p + shift[k] - q) < gate[k], scale, settings)
         if proposal is not None and all(_apart(proposal, other, source, settings) for other in found):
             found.append(proposal)
     return tuple(sorted(found, key=lambda proposal: -(proposal.inliers or 0)))
@@ -83,6 +85,23 @@ def _similarities(
     turn *= np.clip(np.abs(turn), scale.low, scale.high) / np.abs(turn)
     shift = (q[first] + q[second] - turn * (p[first] + p[second])) / 2.0
     return turn, shift
+
+
+@njit(cache=True)
+def _count_inliers(
+    p: NDArray[np.complex128],
+    q: NDArray[np.complex128],
+    turn: NDArray[np.complex128],
+    shift: NDArray[np.complex128],
+    gate: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    counts = np.zeros(len(turn), np.int64)
+    for k in range(len(turn)):
+        for i in range(len(p)):
+            off = turn[k] * p[i] + shift[k] - q[i]
+            if off.real * off.real + off.imag * off.imag < gate[k] * gate[k]:
+                counts[k] += 1
+    return counts
 
 
 def _refit(

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from merge.proposer import Proposer
+from merge.quilt import Quilt
 from merge.sift import Sift
 
-PROPOSERS: Mapping[str, Proposer[Any]] = MappingProxyType({"sift": Sift()})
+PROPOSERS: Mapping[str, Proposer[Any]] = MappingProxyType({"quilt": Quilt(), "sift": Sift()})

@@ -8,22 +8,18 @@ from typing import Any
 import numpy as np
 
 from mapping.similarity2 import Similarity2
+from merge.candidates import Candidate, candidates, distinct, is_rival, settled
 from merge.cells import compare_cells
 from merge.chart import Chart
-from merge.decision import Decision, decide
-from merge.proposer import Proposal, Proposer
-from merge.refinement import refine
+from merge.decision import BARE, Decision, decide
+from merge.proposer import Proposer
 from merge.result import Evidence
+from merge.rivals import rival_proposals
 from merge.scale_range import ScaleRange
-from merge.walls import Walls, compare_walls
 
 NOTHING_PROPOSED = "nothing was proposed"
-TOO_LITTLE_STRUCTURE = "too little structure"
 MIN_SURFACE_POINTS = 20
-
-SHORT_LIST = 8
-RIVAL_DISTANCE_SHARE = 0.06
-"""Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""
+RIVALS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +28,6 @@ class Sheet:
 
     chart: Chart
     description: Any
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A refined proposal, cells to cells, and how the walls lie under it."""
-
-    target_from_source: Similarity2
-    walls: Walls
-    proposal: Proposal
 
 
 @dataclass(frozen=True)
@@ -57,38 +44,22 @@ def merge_pair(
 ) -> PairAnswer:
     """Propose, verify, refine, decide. ``scale`` in cells of the target per cell of the source."""
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
-        return PairAnswer(None, None, Decision(False, 0.0, TOO_LITTLE_STRUCTURE))
+        return PairAnswer(None, None, Decision(False, 0.0, BARE))
     proposals = proposer.propose(target.description, source.description, scale, rng)
-    candidates = _candidates(target.chart, source.chart, proposals, scale)
-    if not candidates:
+    found = candidates(target.chart, source.chart, proposals, scale)
+    if not found:
         return PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
-    best = candidates[0]
-    rivals = [other for other in candidates if _distinct(target.chart, source.chart, best, other)]
+    found = _with_rivals(target.chart, source.chart, found, scale)
+    best = settled(target.chart, source.chart, found[0], scale)
+    rivals = [other for other in found if is_rival(target.chart, source.chart, best, other)]
     evidence = _evidence(target.chart, source.chart, best, max((r.walls.agreement for r in rivals), default=0.0))
     return PairAnswer(best.target_from_source, evidence, decide(evidence))
 
 
-def _candidates(target: Chart, source: Chart, proposals: tuple[Proposal, ...], scale: ScaleRange) -> list[Candidate]:
-    rough = [
-        Candidate(p.target_from_source, compare_walls(target, source, p.target_from_source, 1000), p) for p in proposals
-    ]
-    short_list = sorted(rough, key=_rank)[:SHORT_LIST]
-    refined = []
-    for candidate in short_list:
-        answer = refine(target, source, candidate.target_from_source, scale)
-        refined.append(Candidate(answer, compare_walls(target, source, answer), candidate.proposal))
-    return sorted(refined, key=_rank)
-
-
-def _rank(candidate: Candidate) -> float:
-    return -candidate.walls.agreement
-
-
-def _distinct(target: Chart, source: Chart, a: Candidate, b: Candidate) -> bool:
-    points = source.points
-    apart = np.hypot(*(a.target_from_source.apply(points) - b.target_from_source.apply(points)).T).mean()
-    size = min(target.diagonal, a.target_from_source.scale * source.diagonal)
-    return bool(apart > RIVAL_DISTANCE_SHARE * size)
+def _with_rivals(target: Chart, source: Chart, found: list[Candidate], scale: ScaleRange) -> list[Candidate]:
+    elsewhere = rival_proposals(target, source, found[0].target_from_source)
+    rivals = candidates(target, source, elsewhere, scale, RIVALS, finalists=3)
+    return distinct(target, source, [*found, *rivals])
 
 
 def _evidence(target: Chart, source: Chart, best: Candidate, rival_agreement: float) -> Evidence:
@@ -106,4 +77,5 @@ def _evidence(target: Chart, source: Chart, best: Candidate, rival_agreement: fl
         rival_agreement=rival_agreement,
         matches=best.proposal.matches,
         inliers=best.proposal.inliers,
+        votes=best.proposal.votes,
     )

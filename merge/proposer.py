@@ -19,11 +19,13 @@ class Proposal:
     """A transform worth judging, from cells of the source to cells of the target (:class:`Chart`).
 
     ``matches`` and ``inliers`` count point pairs and those that agree; None for a method that matches no points.
+    ``votes`` is how many proposals said nearly the same.
     """
 
     target_from_source: Similarity2
     matches: int | None = None
     inliers: int | None = None
+    votes: int = 1
 
 
 class Proposer(Protocol[Description]):

@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
+from merge.laying import add_equations, add_equations_back
 from merge.scale_range import ScaleRange
-from merge.walls import compare_walls, facing, thinned, tolerance_cells, turned
+from merge.walls import compare_walls, thinned, tolerance_cells
+
+SAME_AGREEMENT = 0.005
+"""A difference that thinning and rounding make."""
 
 LINE_SHARE = 0.8
 """Weight of the distance along the normal; the rest is that of the plain distance, which holds ends and corners."""
@@ -28,9 +32,10 @@ class RefinementSettings:
     shrink: float = 0.8
     last_steps: int = 6
     most_points: int = 2000
+    climbs: int = 6
 
     def __post_init__(self) -> None:
-        for name in ("first_gate_share", "last_gate_cells", "last_steps", "most_points"):
+        for name in ("first_gate_share", "last_gate_cells", "last_steps", "most_points", "climbs"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"RefinementSettings: {name} is {getattr(self, name)}, must be positive")
         if not 0.0 < self.shrink < 1.0:
@@ -53,14 +58,57 @@ def refine(
     """
     answers = _descend(target, source, start, scale, settings)
     agreements = [compare_walls(target, source, answer, settings.most_points).agreement for answer in (start, *answers)]
-    best = max(agreements) - 0.005  # a difference that thinning and rounding make
-    if max(agreements[1:], default=0.0) < agreements[0] - 0.005:
+    best = max(agreements) - SAME_AGREEMENT
+    if max(agreements[1:], default=0.0) < agreements[0] - SAME_AGREEMENT:
         return start
     return next(
         answer
         for answer, agreement in zip((*answers[::-1], start), agreements[::-1], strict=False)
         if agreement >= best
     )
+
+
+def climb(
+    target: Chart,
+    source: Chart,
+    start: Similarity2,
+    scale: ScaleRange,
+    settings: RefinementSettings = RefinementSettings(),
+) -> Similarity2:
+    """Improve ``target_from_source`` (cells) by trying small moves and keeping those whose walls agree better.
+
+    What bends a map moves its parts by more than a gate can hold; the agreement itself, which counts walls within the
+    tolerance, is then the better guide. Source: pattern search (Hooke and Jeeves 1961). Crisp maps stay as they are.
+    """
+    answer, centre = start, source.middle
+    points = settings.most_points // 2
+    best = compare_walls(target, source, start, points).agreement
+    step = tolerance_cells(target, source, start.scale) / 2.0
+    arm = max(start.scale * source.diagonal / 4.0, 1.0)
+    for _ in range(settings.climbs):
+        moved = False
+        for move in _moves(step, arm, scale.fixed):
+            there = _shifted(answer, move, centre, scale)
+            agreement = compare_walls(target, source, there, points).agreement
+            if agreement > best + SAME_AGREEMENT / 2.0:
+                answer, best, moved = there, agreement, True
+        step = step if moved else step / 2.0
+    return answer
+
+
+def _moves(step: float, arm: float, fixed: bool) -> list[NDArray[np.float64]]:
+    sizes = (step, step, step / arm, step / arm)[: 3 if fixed else 4]
+    return [
+        np.array([sign * size if k == axis else 0.0 for k in range(4)])
+        for axis, size in enumerate(sizes)
+        for sign in (1.0, -1.0)
+    ]
+
+
+def _shifted(
+    answer: Similarity2, move: NDArray[np.float64], centre: NDArray[np.float64], scale: ScaleRange
+) -> Similarity2:
+    return _moved(answer, move, answer.apply(centre), scale) or answer
 
 
 def _descend(
@@ -91,60 +139,25 @@ def _gates(target: Chart, source: Chart, scale: float, settings: RefinementSetti
 def _step(
     target: Chart, source: Chart, answer: Similarity2, gate: float, scale: ScaleRange, most_points: int
 ) -> Similarity2 | None:
-    there = _pairs(target, source, answer, gate, most_points)
-    back = _pairs(source, target, answer.inverse(), gate / answer.scale, most_points)
-    on_source = np.concatenate((there.above, back.below))
-    on_target = np.concatenate((there.below, back.above))
-    normals = np.concatenate((there.normals, turned(back.normals, answer.yaw)))
-    weights = np.concatenate((there.weights * answer.scale, back.weights))
-    if np.count_nonzero(weights) < 4:
+    matrix, inverse = answer.matrix(), answer.inverse().matrix()
+    on_source, weight = thinned(len(source.points), most_points)
+    on_target, back_weight = thinned(len(target.points), most_points)
+    if not len(on_source):
         return None
-    return _solve(answer, on_target, on_source, normals, weights, scale)
-
-
-@dataclass(frozen=True, eq=False)
-class _Pairs:
-    below: NDArray[np.float64]
-    above: NDArray[np.float64]
-    normals: NDArray[np.float64]  # of the points below
-    weights: NDArray[np.float64]
-
-
-def _pairs(below: Chart, above: Chart, below_from_above: Similarity2, gate: float, most_points: int) -> _Pairs:
-    kept, weight = thinned(len(above.points), most_points)
-    index, distance = below.nearest_to(below_from_above.apply(above.points[kept]))
-    paired = distance < gate
-    index, distance, kept = index[paired], distance[paired], kept[paired]
-    cosine = np.maximum(0.0, facing(turned(above.normals[kept], below_from_above.yaw), below.normals[index]))
-    weights = weight * (1.0 - (distance / gate) ** 2) ** 2 * cosine
-    return _Pairs(below.points[index], above.points[kept], below.normals[index], weights)
-
-
-def _solve(
-    answer: Similarity2,
-    on_target: NDArray[np.float64],
-    on_source: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    scale: ScaleRange,
-) -> Similarity2 | None:
-    moved = answer.apply(on_source)
-    centre = np.average(moved, axis=0, weights=weights)
-    arm, error = moved - centre, on_target - moved
-    # d moved / d (x, y, yaw, log scale), about the centre, where the four hardly disturb one another
-    sideways = np.stack((-arm[:, 1], arm[:, 0]), axis=-1)
-    along_x, along_y = np.broadcast_to((1.0, 0.0), arm.shape), np.broadcast_to((0.0, 1.0), arm.shape)
-    jacobian = np.stack((along_x, along_y, sideways, arm), axis=-1)  # (N, 2, 4)
+    centre = answer.apply(source.middle)
+    equations = np.zeros((4, 5))
+    pairs = add_equations(
+        target.surface, source.surface, on_source, weight * answer.scale, matrix, gate, LINE_SHARE, centre, equations
+    )
+    gate = gate / answer.scale
+    pairs += add_equations_back(
+        target.surface, source.surface, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations
+    )
     unknowns = 3 if scale.fixed else 4
-    jacobian = jacobian[..., :unknowns]
-    line = np.einsum("ni,nij->nj", normals, jacobian)
-    normal_error = (normals * error).sum(axis=1)
-    hessian = LINE_SHARE * (line * weights[:, None]).T @ line
-    hessian += (1.0 - LINE_SHARE) * np.einsum("nij,n,nik->jk", jacobian, weights, jacobian)
-    gradient = LINE_SHARE * line.T @ (weights * normal_error)
-    gradient += (1.0 - LINE_SHARE) * np.einsum("nij,n,ni->j", jacobian, weights, error)
+    if pairs < unknowns:
+        return None
     try:
-        step = np.linalg.solve(hessian, gradient)
+        step = np.linalg.solve(equations[:unknowns, :unknowns], equations[:unknowns, 4]).astype(np.float64)
     except np.linalg.LinAlgError:
         return None
     return _moved(answer, step, centre, scale)

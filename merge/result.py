@@ -28,7 +28,8 @@ class Evidence:
     - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
     - ``agreement``: the number that ranks candidates, 0 to 1;
     - ``rival_agreement``: that of the best distinct other candidate, 0 where there was none;
-    - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any.
+    - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
+    - ``votes``: how many proposals ended in this answer.
     """
 
     acceptance_index: float | None
@@ -42,6 +43,7 @@ class Evidence:
     rival_agreement: float
     matches: int | None
     inliers: int | None
+    votes: int
 
 
 @dataclass(frozen=True, eq=False)

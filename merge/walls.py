@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.arrays import frozen_array
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
+from merge.laying import count_laid
 
 TOLERANCE_SHARE = 0.014
 """Walls this share of the smaller map's diagonal apart may be one wall: one number for bent and for crisp maps."""
@@ -17,15 +20,14 @@ TOLERANCE_SHARE = 0.014
 TOLERANCE_CELLS = 1.5
 """Never less than this many cells of the coarser map."""
 
-FACING_COSINE = 0.5
-
 
 @dataclass(frozen=True)
 class Walls:
     """Wall lengths under one transform, the mean of both directions, in cells of the coarser map.
 
-    ``on_walls`` lies within the tolerance of the other map's surface and faces the same way, ``opposed`` lies there
-    and faces the other way, ``in_free`` lies deeper than the tolerance in the other's free space; ``smaller`` is all
+    ``on_walls`` lies within the tolerance of surface of the other map that faces the same way. ``opposed`` lies just in
+    front of surface that faces the other way; just behind it, the two may be both sides of a thin wall, which says
+    nothing. ``in_free`` lies deeper than the tolerance in the other's free space; ``smaller`` is all
     the surface of the map that has less. ``spread`` (0 to 1/2) is the lesser share of the directions that the walls
     on walls face: 0 in a bare corridor, whose answer may slide along.
     """
@@ -43,10 +45,12 @@ class Walls:
 
     @property
     def agreement(self) -> float:
-        """The number to rank by, 0 to 1: agreeing share of the judged walls times root of the agreeing share of all."""
+        """The number to rank by, 0 to 1: agreeing share of the judged walls, squared, times the cube root of the
+        agreeing share of all: contradiction weighs more than little overlap.
+        """
         if self.on_walls == 0.0:
             return 0.0
-        return self.on_walls / self.judged * math.sqrt(min(1.0, self.on_walls / self.smaller))
+        return (self.on_walls / self.judged) ** 2 * math.cbrt(min(1.0, self.on_walls / self.smaller))
 
 
 def tolerance_cells(target: Chart, source: Chart, scale: float) -> float:
@@ -84,35 +88,17 @@ class _Laid:
 
 def _lay(below: Chart, above: Chart, below_from_above: Similarity2, tolerance: float, most_points: int) -> _Laid:
     kept, weight = thinned(len(above.points), most_points)
-    points = below_from_above.apply(above.points[kept])
-    normals = turned(above.normals[kept], below_from_above.yaw)
-    index, distance = below.nearest_to(points)
-    near = distance <= tolerance
-    cosine = facing(normals[near], below.normals[index[near]])
-    on_walls = cosine > FACING_COSINE
-    deep = ~near & (below.depth_at(points) > tolerance)
-    counts = np.array([on_walls.sum(), (cosine < -FACING_COSINE).sum(), deep.sum()])
-    met = normals[near][on_walls]
-    return _Laid(weight * counts, weight * met.T @ met)
+    counts = count_laid(below.surface, above.surface, kept, below_from_above.matrix(), tolerance)
+    xx, xy, yy = weight * counts[3:]
+    return _Laid(weight * counts[:3], np.array([[xx, xy], [xy, yy]]))
 
 
-def facing(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cosine between unit normals (N, 2) and (N, 2); 1 where either is zero, since such a wall faces every way."""
-    undecided = ~(a.any(axis=1) & b.any(axis=1))
-    cosine: NDArray[np.float64] = np.where(undecided, 1.0, (a * b).sum(axis=1))
-    return cosine
-
-
-def turned(vectors: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
-    """Vectors (N, 2) turned counter-clockwise by yaw [rad]."""
-    return Similarity2(yaw=yaw).apply(vectors)
-
-
+@lru_cache(maxsize=256)
 def thinned(length: int, most: int) -> tuple[NDArray[np.intp], float]:
     """At most ``most`` indices spread evenly over ``length``, and how many each stands for."""
     if length <= most:
-        return np.arange(length), 1.0
-    return np.linspace(0, length - 1, most).astype(np.intp), length / most
+        return frozen_array(np.arange(length), np.intp), 1.0
+    return frozen_array(np.linspace(0, length - 1, most), np.intp), length / most
 
 
 def _turned(scatter: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
@@ -121,5 +107,6 @@ def _turned(scatter: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
 
 
 def _lesser_share(scatter: NDArray[np.float64]) -> float:
-    low, high = np.linalg.eigvalsh(scatter)
-    return float(max(low, 0.0) / (low + high)) if high > 0.0 else 0.0
+    half_trace = float(scatter[0, 0] + scatter[1, 1]) / 2.0
+    apart = math.hypot(float(scatter[0, 0] - scatter[1, 1]) / 2.0, float(scatter[0, 1]))
+    return max(half_trace - apart, 0.0) / (2.0 * half_trace) if half_trace > 0.0 else 0.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
@@ -76,6 +77,31 @@ def equal_rooms(number: int = 6) -> World:
         walls[:low, left : left + 3] = walls[high:, left : left + 3] = True
         walls[10:30, left + 50 : left + 70] = True
         walls[low : high + 3, left + 20 : left + 38] &= False
+    walls[:, :3] = walls[:, -3:] = True
+    return World(walls)
+
+
+def hall() -> World:
+    """A hall of 14 x 9 m that looks the same when turned by half: four pillars, two benches."""
+    walls = np.zeros((180, 280), dtype=bool)
+    walls[:3] = walls[-3:] = True
+    walls[:, :3] = walls[:, -3:] = True
+    walls[40:52, 60:72] = walls[120:126, 180:230] = walls[60:68, 150:158] = True
+    return World(walls | walls[::-1, ::-1])
+
+
+def corridor(length: float = 40.0) -> World:
+    """Two walls 2.5 m apart, and nothing else for a long way."""
+    walls = np.zeros((56, round(length / CELL)), dtype=bool)
+    walls[:3] = walls[-3:] = True
+    return World(walls)
+
+
+def cave(rng: np.random.Generator, width: float = 16.0, height: float = 11.0) -> World:
+    """Winding open space without a straight wall: where smooth noise is low."""
+    noise = ndimage.gaussian_filter(rng.standard_normal((round(height / CELL), round(width / CELL))), 20.0)
+    walls = noise > np.quantile(noise, 0.6)
+    walls[:3] = walls[-3:] = True
     walls[:, :3] = walls[:, -3:] = True
     return World(walls)
 

@@ -12,7 +12,9 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
-from tests.merge.rooms import CELL, equal_rooms, observed, random_similarity, rooms, viewpoints
+from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL
+from merge.pair import NOTHING_PROPOSED
+from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 WIDTH, HEIGHT = 16.0, 11.0
 PARTS = [((0.3, 0.3), (11.0, 10.7)), ((4.5, 0.3), (15.7, 10.7)), ((2.0, 0.3), (14.0, 10.7))]
@@ -213,7 +215,7 @@ def test_a_map_with_too_little_in_it_is_refused_whatever_it_meets(values, known)
         for grids in ((bare(values), other), (other, bare(values))):
             pair = merge_maps(map_set(grids, unit="cell")).pairs[0]
             assert not pair.accepted
-            assert pair.reason in ("too little structure", "nothing was proposed", "walls contradict free space")
+            assert pair.reason in (BARE, ONE_WAY, NOTHING_PROPOSED, CONTRADICTION, OVERLAP)
 
 
 def test_noise_is_refused():
@@ -222,17 +224,45 @@ def test_noise_is_refused():
     assert not merge_maps(map_set(grids, unit="cell")).pairs[0].accepted
 
 
+def two_maps(world, seed, parts, number=30):
+    rng = np.random.default_rng(seed)
+    frames = [random_similarity(rng) for _ in parts]
+    grids = [
+        observed(world, viewpoints(world, rng, *part, number=number), frame, rng, noise=0.01)
+        for frame, part in zip(frames, parts, strict=True)
+    ]
+    return map_set(grids), frames[0] @ frames[1].inverse()
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
-    world, rng = equal_rooms(), np.random.default_rng(seed)
-    parts = (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7)))
-    grids = [
-        observed(world, viewpoints(world, rng, *part, number=30), random_similarity(rng), rng, noise=0.01)
-        for part in parts
-    ]
-    pair = merge_maps(map_set(grids)).pairs[0]
-    assert (pair.accepted, pair.reason) == (False, "two answers equally good")
+    maps, _ = two_maps(equal_rooms(), seed, (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7))))
+    pair = merge_maps(maps).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, RIVAL)
     assert pair.evidence.walls_on_walls > 0.8  # nothing else would have refused it
+
+
+@pytest.mark.parametrize("scale", [ScaleRange.known(), ScaleRange.free()])
+def test_a_hall_that_looks_the_same_turned_by_half_is_refused_and_says_so(scale):
+    maps, _ = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
+    pair = merge_maps(maps, MergeSettings(scale=scale)).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, RIVAL)
+    assert pair.evidence.agreement > 0.8  # nothing else would have refused it
+
+
+def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():
+    maps, _ = two_maps(corridor(), 1, [((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))])
+    pair = merge_maps(maps).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, ONE_WAY)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_caves_without_a_straight_wall_are_merged(seed):
+    world = cave(np.random.default_rng(seed))
+    maps, truth = two_maps(world, seed, PARTS[:2])
+    pair = merge_maps(maps).pairs[0]
+    assert pair.accepted, pair.reason
+    assert off_cells(pair.target_from_source, truth, maps.grids[1]) < 1.0
 
 
 def test_one_map_alone_is_its_own_merge(known):

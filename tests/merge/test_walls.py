@@ -8,7 +8,8 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from merge.chart import Chart
+from merge.chart import SECTOR_COSINE, Chart
+from merge.laying import nearest_point
 from merge.walls import compare_walls, tolerance_cells
 from tests.merge.rooms import observed, rooms, viewpoints
 
@@ -35,15 +36,26 @@ def test_the_surface_lies_on_the_face_and_looks_into_the_free_space():
     assert upward == pytest.approx((0.0, 1.0))
 
 
-def test_the_nearest_surface_point_is_that_of_an_exhaustive_search():
+@pytest.mark.parametrize("axis", [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_the_nearest_surface_that_faces_a_way_is_that_of_an_exhaustive_search(axis):
     rng = np.random.default_rng(0)
     values = rng.choice([100, 0, -1], (30, 40), p=[0.03, 0.8, 0.17])
     found = chart(values)
-    points = rng.uniform((-1, -1), (41, 31), (200, 2))
-    _, distance = found.nearest_to(points)
-    exhaustive = np.hypot(*(points[:, None] - found.points).transpose(2, 0, 1)).min(axis=1)
-    assert (distance >= exhaustive - 1e-12).all()
-    assert (distance <= exhaustive + 1.5).all()  # cells are asked, not points
+    members = found.points[(found.normals @ axis > SECTOR_COSINE) | ~found.normals.any(axis=1)]
+    for x, y in rng.uniform((-1, -1), (41, 31), (100, 2)):
+        _, distance = nearest_point(found.surface, x, y, *map(float, axis))
+        exhaustive = np.hypot(*(np.array([x, y]) - members).T).min()
+        assert exhaustive - 1e-12 <= distance <= exhaustive + 1.5  # cells are asked, not points
+
+
+def test_both_sides_of_a_wall_thinner_than_the_tolerance_find_their_own():
+    values = np.zeros((200, 300), dtype=int)
+    values[100:102, 20:280] = 100
+    thin = chart(values)
+    assert tolerance_cells(thin, thin, 1.0) > 2.0
+    walls = compare_walls(thin, thin, Similarity2(0.0, 1.5))
+    assert walls.on_walls > 0.95 * len(thin.points)
+    assert walls.opposed == 0.0
 
 
 def test_a_map_on_itself_agrees_wholly():
@@ -64,9 +76,11 @@ def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
     from_below, from_above = np.full((40, 60), -1), np.full((40, 60), -1)
     from_below[:20], from_below[20:22] = 0, 100
     from_above[22:], from_above[20:22] = 0, 100
-    walls = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -2.0))
+    walls = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -3.0))
     assert walls.on_walls == 0.0
-    assert walls.opposed == pytest.approx(60.0)
+    assert walls.opposed == pytest.approx(60.0)  # each wall stands in the other's free space
+    both_sides = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -1.0))
+    assert (both_sides.on_walls, both_sides.opposed) == (0.0, 0.0)
 
 
 def test_walls_that_all_run_one_way_have_no_spread_and_a_square_room_has_most():

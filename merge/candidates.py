@@ -1,0 +1,124 @@
+"""Proposals become candidates: measured, thinned to a short list, refined, and told apart."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mapping.similarity2 import Similarity2
+from merge.chart import Chart
+from merge.patches import fit_patches
+from merge.proposer import Proposal
+from merge.refinement import RefinementSettings, climb, refine
+from merge.scale_range import ScaleRange
+from merge.shortlist import apart, merged, smaller_diagonal
+from merge.walls import Walls, compare_walls
+
+GLANCE_POINTS = 400
+SHORT_LIST = 16
+FINALISTS = 4
+QUICK = RefinementSettings(most_points=500, last_steps=3)
+RIVAL_DISTANCE_SHARE = 0.06
+"""Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""
+
+
+CRISP = 0.98
+"""Where this share of the judged walls agrees there is nothing to mend, and the closest fit is the best."""
+
+BENT_SHARE = 0.004
+"""Where the mean over patches lies further than this share of the diagonal from the best match, the maps are bent."""
+
+WORSE = 0.05
+"""How much less walls may agree under that mean."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A refined proposal, cells to cells, and how the walls lie under it."""
+
+    target_from_source: Similarity2
+    walls: Walls
+    proposal: Proposal
+
+
+def candidates(
+    target: Chart,
+    source: Chart,
+    proposals: Sequence[Proposal],
+    scale: ScaleRange,
+    most: int = SHORT_LIST,
+    finalists: int = FINALISTS,
+) -> list[Candidate]:
+    """Distinct refined answers, the one whose walls agree best first.
+
+    Proposals that say the same are counted and merged, those that look best at a glance refined quickly, and the best
+    of what they end in refined with care.
+    """
+    rough = [_measured(target, source, p, GLANCE_POINTS) for p in merged(target, source, proposals)]
+    short_list = sorted(rough, key=_rank)[:most]
+    quick = [_refined(target, source, candidate, scale, QUICK) for candidate in short_list]
+    best = distinct(target, source, quick)[:finalists]
+    careful = [_polished(target, source, candidate, scale) for candidate in best]
+    return distinct(target, source, careful)
+
+
+def distinct(target: Chart, source: Chart, found: Sequence[Candidate]) -> list[Candidate]:
+    """The best candidate of each place, best first; those that ended in the same place become its votes."""
+    ranked = sorted(found, key=_rank)
+    proposals = [dataclasses.replace(c.proposal, target_from_source=c.target_from_source) for c in ranked]
+    kept = merged(target, source, proposals, RIVAL_DISTANCE_SHARE)
+    by_place = {id(p.target_from_source): p for p in kept}
+    return [
+        dataclasses.replace(c, proposal=by_place[id(c.target_from_source)])
+        for c in ranked
+        if id(c.target_from_source) in by_place
+    ]
+
+
+def is_rival(target: Chart, source: Chart, best: Candidate, other: Candidate) -> bool:
+    """Whether the two put the source elsewhere."""
+    between = float(apart(source, [best.target_from_source, other.target_from_source])[0, 1])
+    return between > RIVAL_DISTANCE_SHARE * smaller_diagonal(target, source, best.target_from_source.scale)
+
+
+def settled(target: Chart, source: Chart, best: Candidate, scale: ScaleRange) -> Candidate:
+    """The mean over all patches in place of the best match of one part, where the maps are bent."""
+    if best.walls.on_walls > CRISP * best.walls.judged:
+        return best
+    answer = fit_patches(target, source, best.target_from_source, scale)
+    moved = float(apart(source, [best.target_from_source, answer])[0, 1])
+    walls = compare_walls(target, source, answer)
+    if (
+        moved < BENT_SHARE * smaller_diagonal(target, source, answer.scale)
+        or walls.agreement < best.walls.agreement - WORSE
+    ):
+        return best
+    return dataclasses.replace(best, target_from_source=answer, walls=walls)
+
+
+def _measured(target: Chart, source: Chart, proposal: Proposal, most_points: int) -> Candidate:
+    walls = compare_walls(target, source, proposal.target_from_source, most_points)
+    return Candidate(proposal.target_from_source, walls, proposal)
+
+
+def _refined(
+    target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange, settings: RefinementSettings
+) -> Candidate:
+    answer = refine(target, source, candidate.target_from_source, scale, settings)
+    return dataclasses.replace(
+        candidate, target_from_source=answer, walls=compare_walls(target, source, answer, settings.most_points)
+    )
+
+
+def _polished(target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange) -> Candidate:
+    answer = refine(target, source, candidate.target_from_source, scale)
+    walls = compare_walls(target, source, answer)
+    if walls.on_walls <= CRISP * walls.judged:
+        answer = climb(target, source, answer, scale)
+        walls = compare_walls(target, source, answer)
+    return dataclasses.replace(candidate, target_from_source=answer, walls=walls)
+
+
+def _rank(candidate: Candidate) -> float:
+    return -candidate.walls.agreement

@@ -1,0 +1,80 @@
+"""The method of the house: features for what is crisp, correlation of facing walls for what is not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from merge.chart import Chart
+from merge.correlation import Peak, correlate
+from merge.layers import Layers
+from merge.orb import Keypoints, Orb
+from merge.proposer import Proposal
+from merge.rotations import correlated, likely_yaws, wall_directions
+from merge.scale_range import ScaleRange
+
+ALL_ROUND = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
+
+
+@dataclass(frozen=True, eq=False)
+class QuiltDescription:
+    """What :class:`Quilt` keeps of a map."""
+
+    layers: Layers
+    directions: NDArray[np.float64]
+    keypoints: tuple[Keypoints, ...]
+
+
+@dataclass(frozen=True)
+class Quilt:
+    """ORB features and, over scales and likely rotations, correlation of signed surface normals.
+
+    - ``scale_step``, ``across``, ``peaks``: the correlation's scales lie no further apart than this factor, its rasters
+      have so many cells along the larger map, and each scale and rotation brings so many shifts;
+    - ``proposals``: so many of all shifts are proposed;
+    - ``clear``: where wall directions correlate less than this, as in caves, no rotation is likelier than another, and
+      all are tried, more coarsely.
+    """
+
+    scale_step: float = 1.06
+    across: int = 112
+    peaks: int = 4
+    proposals: int = 400
+    clear: float = 0.6
+    orb: Orb = field(default_factory=Orb)
+
+    def describe(self, chart: Chart) -> QuiltDescription:
+        """The rasters to correlate, the wall directions and the keypoints."""
+        return QuiltDescription(chart.layers, wall_directions(chart.normals), self.orb.describe(chart))
+
+    def propose(
+        self, target: QuiltDescription, source: QuiltDescription, scale: ScaleRange, rng: np.random.Generator
+    ) -> tuple[Proposal, ...]:
+        """What features agree on, then the highest peaks of the correlation."""
+        features = self.orb.propose(target.keypoints, source.keypoints, scale, rng)
+        return (*features, *self.correlated(target, source, scale))
+
+    def correlated(self, target: QuiltDescription, source: QuiltDescription, scale: ScaleRange) -> tuple[Proposal, ...]:
+        """The highest peaks of the correlation, best first."""
+        likely = likely_yaws(target.directions, source.directions)
+        searches: list[tuple[float, Sequence[float], int]] = [(self.scale_step, likely, self.across)]
+        if correlated(target.directions, source.directions).max() < self.clear:
+            searches.append((self.scale_step**2, ALL_ROUND, self.across // 2))
+        peaks: list[Peak] = []
+        for step, yaws, across in searches:
+            for size in scales(scale, step):
+                peaks += correlate(target.layers, source.layers, size, yaws, across, self.peaks)
+        peaks.sort(key=lambda peak: -peak.score)
+        return tuple(Proposal(peak.target_from_source) for peak in peaks[: self.proposals])
+
+
+def scales(scale: ScaleRange, step: float) -> list[float]:
+    """Scales of the range, no further apart than a factor ``step``."""
+    if scale.fixed:
+        return [scale.low]
+    number = math.ceil(math.log(scale.high / scale.low) / math.log(step)) + 1
+    return [float(size) for size in np.geomspace(scale.low, scale.high, number)]
