@@ -108,7 +108,7 @@ class Pilot:
         if len(self._path) == 0:
             return 0.0, 0.0 if self._policy.finished or self._aside_since is not None else self._idle_turn
         seen = self._fence.beside(points, world_from_base)
-        ahead = world_from_base.inverse().apply(_ahead(self._path, here))
+        ahead = world_from_base.inverse().apply(stretch_ahead(self._path, here))
         drift = np.zeros_like(seen)
         drift[: len(points)][moving] = SE2(0.0, 0.0, -world_from_base.yaw).apply(drifts)
         return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen, self._moving, drift)
@@ -188,11 +188,12 @@ class Pilot:
         return stuck
 
 
-def _ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The stretch of the path between two distances past the point nearest to the robot, (N, 2)."""
+def stretch_ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The stretch, (M, 2), of a path, (N, 2), from its first to its second lookahead past the point nearest to a robot
+    ``here``, (2,); a robot that is off its path is led back to it."""
     off = path - here
     distance = np.hypot(off[:, 0], off[:, 1])
     first = int(np.argmin(distance))
     rest = distance[first:]
-    near, far = (int(np.argmax(rest > reach)) or len(rest) - 1 for reach in LOOKAHEAD)
+    near, far = (int(np.argmax(rest > reach)) if rest.max() > reach else len(rest) - 1 for reach in LOOKAHEAD)
     return path[first + near : first + max(near, far) + 1]
