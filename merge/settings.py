@@ -15,7 +15,7 @@ class MergeSettings:
     Raises ``ValueError`` naming an unknown method.
     """
 
-    method: str = "quilt"
+    method: str = "sift"
     scale: ScaleRange | None = None
 
     def __post_init__(self) -> None:

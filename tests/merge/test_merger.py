@@ -16,8 +16,13 @@ from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL
 from merge.pair import NOTHING_PROPOSED
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
+QUILT = MergeSettings(method="quilt")
 WIDTH, HEIGHT = 16.0, 11.0
 PARTS = [((0.3, 0.3), (11.0, 10.7)), ((4.5, 0.3), (15.7, 10.7)), ((2.0, 0.3), (14.0, 10.7))]
+
+
+def quilted(maps, settings=QUILT, **options):
+    return merge_maps(maps, settings, **options)
 
 
 def team(seed, number=2, scale=(1.0, 1.0), honest=True):
@@ -46,7 +51,7 @@ def off_cells(found, truth, source):
 @pytest.fixture(scope="module")
 def known():
     maps, frames = team(3)
-    return maps, frames, merge_maps(maps)
+    return maps, frames, quilted(maps)
 
 
 def test_copies_at_known_places_are_found_within_half_a_cell():
@@ -58,11 +63,18 @@ def test_copies_at_known_places_are_found_within_half_a_cell():
         (5, (0.5, 2.0), True),
     ]:
         maps, frames = team(seed, 2, scale, honest)
-        pair = merge_maps(maps).pairs[0]
+        pair = quilted(maps).pairs[0]
         assert pair.accepted, (seed, pair.reason)
         errors.append(off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]))
     assert np.median(errors) < 0.5
     assert max(errors) < 1.0
+
+
+def test_sift_finds_copies_too():
+    maps, frames = team(0)
+    pair = merge_maps(maps, MergeSettings(method="sift")).pairs[0]
+    assert pair.accepted, pair.reason
+    assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.0
 
 
 def test_a_map_and_its_own_copy_turned_scaled_and_shifted():
@@ -83,13 +95,13 @@ def test_a_map_and_its_own_copy_turned_scaled_and_shifted():
     values = np.zeros(len(cells), dtype=np.float32)
     values[inside] = grid.log_odds[tuple(looked_up[inside].T)]
     copy = OccupancyGrid(frame, values.reshape(shape))
-    pair = merge_maps(map_set((copy, grid), trusted=False)).pairs[0]
+    pair = quilted(map_set((copy, grid), trusted=False)).pairs[0]
     assert pair.accepted
     assert off_cells(pair.target_from_source, copy_from_grid, grid) < 0.5
     assert pair.target_from_source.scale == pytest.approx(1.5, rel=2e-3)
 
     for grids, scale in (((copy, grid), ScaleRange(1.2, 1.8)), ((grid, copy), ScaleRange(1 / 1.8, 1 / 1.2))):
-        found = merge_maps(map_set(grids, trusted=False), MergeSettings(scale=scale)).pairs[0]
+        found = quilted(map_set(grids, trusted=False), MergeSettings("quilt", scale=scale)).pairs[0]
         assert found.accepted
         assert scale.low <= found.target_from_source.scale <= scale.high
 
@@ -107,7 +119,7 @@ def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(know
     maps, _, result = known
     frame = dataclasses.replace(maps.grids[1].frame, resolution=CELL / 2)
     halved = map_set((maps.grids[0], OccupancyGrid(frame, maps.grids[1].log_odds)), trusted=False)
-    pair = merge_maps(halved, MergeSettings(scale=ScaleRange(2.0, 2.0))).pairs[0]
+    pair = quilted(halved, MergeSettings("quilt", scale=ScaleRange(2.0, 2.0))).pairs[0]
     before = result.pairs[0]
     assert pair.accepted
     assert pair.target_from_source.scale == pytest.approx(2.0)
@@ -121,7 +133,7 @@ def test_shifting_an_origin_leaves_the_pixels_and_moves_the_metric_answer_by_as_
         OccupancyGrid(dataclasses.replace(grid.frame, origin=move @ grid.frame.origin), grid.log_odds)
         for grid, move in zip(maps.grids, moves, strict=True)
     ]
-    pair, before = merge_maps(map_set(grids)).pairs[0], result.pairs[0]
+    pair, before = quilted(map_set(grids)).pairs[0], result.pairs[0]
     np.testing.assert_array_equal(pair.target_from_source_pixels, before.target_from_source_pixels)
     target_move, source_move = (Similarity2.from_se2(move) for move in moves)
     expected = target_move @ before.target_from_source @ source_move.inverse()
@@ -130,7 +142,7 @@ def test_shifting_an_origin_leaves_the_pixels_and_moves_the_metric_answer_by_as_
 
 def test_swapping_the_maps_gives_the_inverse_and_the_same_evidence(known):
     maps, _, result = known
-    there, back = result.pairs[0], merge_maps(map_set(maps.grids[::-1])).pairs[0]
+    there, back = result.pairs[0], quilted(map_set(maps.grids[::-1])).pairs[0]
     np.testing.assert_allclose(back.target_from_source.matrix(), there.target_from_source.inverse().matrix(), atol=1e-9)
     assert dataclasses.asdict(back.evidence) == pytest.approx(dataclasses.asdict(there.evidence))
     assert back.confidence == there.confidence
@@ -139,7 +151,7 @@ def test_swapping_the_maps_gives_the_inverse_and_the_same_evidence(known):
 def test_three_maps_in_one_frame_agree_with_the_truth():
     maps, frames = team(8, 3)
     ticks = []
-    result = merge_maps(maps, on_progress=lambda done, total: ticks.append((done, total)))
+    result = quilted(maps, on_progress=lambda done, total: ticks.append((done, total)))
     assert ticks == [(1, 3), (2, 3), (3, 3)]
     assert [(pair.target, pair.source) for pair in result.pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
     assert set(result.reference_from_map) == {"a", "b", "c"}
@@ -151,7 +163,7 @@ def test_three_maps_in_one_frame_agree_with_the_truth():
 
 def test_the_same_seed_gives_the_same_numbers_to_the_last_bit(known):
     maps, _, result = known
-    again = merge_maps(maps)
+    again = quilted(maps)
     assert again.pairs[0].target_from_source == result.pairs[0].target_from_source
     assert again.pairs[0].evidence == result.pairs[0].evidence
     assert again.merged.log_odds.tobytes() == result.merged.log_odds.tobytes()
@@ -170,13 +182,13 @@ def test_nothing_on_disk_is_asked(known, monkeypatch):
 
     monkeypatch.setattr("builtins.open", refuse)
     monkeypatch.setattr(os, "open", refuse)
-    assert merge_maps(maps).pairs[0].target_from_source == result.pairs[0].target_from_source
+    assert quilted(maps).pairs[0].target_from_source == result.pairs[0].target_from_source
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_maps_of_two_places_are_refused_with_a_reason(seed):
     first, second = team(100 + seed)[0].grids[0], team(200 + seed)[0].grids[1]
-    result = merge_maps(map_set((first, second), trusted=False))
+    result = quilted(map_set((first, second), trusted=False))
     pair = result.pairs[0]
     assert not pair.accepted and pair.reason and pair.confidence < 0.5
     assert len(result.left_out) == 1
@@ -213,7 +225,7 @@ def wall():
 def test_a_map_with_too_little_in_it_is_refused_whatever_it_meets(values, known):
     for other in (bare(values), known[0].grids[0]):
         for grids in ((bare(values), other), (other, bare(values))):
-            pair = merge_maps(map_set(grids, unit="cell")).pairs[0]
+            pair = quilted(map_set(grids, unit="cell")).pairs[0]
             assert not pair.accepted
             assert pair.reason in (BARE, ONE_WAY, NOTHING_PROPOSED, CONTRADICTION, OVERLAP)
 
@@ -221,7 +233,7 @@ def test_a_map_with_too_little_in_it_is_refused_whatever_it_meets(values, known)
 def test_noise_is_refused():
     rng = np.random.default_rng(0)
     grids = [bare(rng.choice([100, 0, -1], (120, 160))) for _ in range(2)]
-    assert not merge_maps(map_set(grids, unit="cell")).pairs[0].accepted
+    assert not quilted(map_set(grids, unit="cell")).pairs[0].accepted
 
 
 def two_maps(world, seed, parts, number=30):
@@ -237,7 +249,7 @@ def two_maps(world, seed, parts, number=30):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
     maps, _ = two_maps(equal_rooms(), seed, (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7))))
-    pair = merge_maps(maps).pairs[0]
+    pair = quilted(maps).pairs[0]
     assert (pair.accepted, pair.reason) == (False, RIVAL)
     assert pair.evidence.walls_on_walls > 0.8  # nothing else would have refused it
 
@@ -245,14 +257,14 @@ def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
 @pytest.mark.parametrize("scale", [ScaleRange.known(), ScaleRange.free()])
 def test_a_hall_that_looks_the_same_turned_by_half_is_refused_and_says_so(scale):
     maps, _ = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
-    pair = merge_maps(maps, MergeSettings(scale=scale)).pairs[0]
+    pair = quilted(maps, MergeSettings("quilt", scale=scale)).pairs[0]
     assert (pair.accepted, pair.reason) == (False, RIVAL)
     assert pair.evidence.agreement > 0.8  # nothing else would have refused it
 
 
 def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():
     maps, _ = two_maps(corridor(), 1, [((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))])
-    pair = merge_maps(maps).pairs[0]
+    pair = quilted(maps).pairs[0]
     assert (pair.accepted, pair.reason) == (False, ONE_WAY)
 
 
@@ -260,13 +272,13 @@ def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():
 def test_caves_without_a_straight_wall_are_merged(seed):
     world = cave(np.random.default_rng(seed))
     maps, truth = two_maps(world, seed, PARTS[:2])
-    pair = merge_maps(maps).pairs[0]
+    pair = quilted(maps).pairs[0]
     assert pair.accepted, pair.reason
     assert off_cells(pair.target_from_source, truth, maps.grids[1]) < 1.0
 
 
 def test_one_map_alone_is_its_own_merge(known):
     grid = known[0].grids[0]
-    result = merge_maps(map_set((grid,)))
+    result = quilted(map_set((grid,)))
     assert (result.pairs, result.reference) == ((), "a")
     np.testing.assert_array_equal(result.merged.log_odds, grid.log_odds)
