@@ -64,7 +64,8 @@ def under_robots(mission, shape):
     for robot in mission.robots:
         cols, rows = np.floor(robot.trajectory.poses[:, :2] / TRUE_RESOLUTION).astype(int).T
         stood[rows, cols] = False
-    return ndimage.distance_transform_edt(stood) * TRUE_RESOLUTION <= max(robot.radius for robot in mission.settings.robots) + 2 * TRUE_RESOLUTION
+    radius = max(robot.radius for robot in mission.settings.robots)
+    return ndimage.distance_transform_edt(stood) * TRUE_RESOLUTION <= radius + 2 * TRUE_RESOLUTION
 
 
 def test_a_map_turned_by_mistake_would_be_caught(lone_mission):
