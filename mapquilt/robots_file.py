@@ -10,6 +10,7 @@ import yaml
 
 from mapping.se2 import SE2
 from mapquilt.sensor_options import chosen_lidar
+from sim.lidar import Lidar
 from sim.robot import RobotSettings
 
 _FIELDS = ("start", "lidar", "rate", "speed", "turn_rate", "acceleration", "turn_acceleration", "radius")
@@ -41,7 +42,7 @@ def _robot(entry: Any, usual: RobotSettings, place: str) -> RobotSettings:
         if "lidar" in entry or "rate" in entry:
             robot = replace(robot, lidar=_lidar(entry, usual))
         if "start" in entry:
-            robot = replace(robot, start=SE2(*(float(number) for number in entry["start"])))
+            robot = replace(robot, start=_start(entry["start"]))
         if "radius" in entry:
             robot = replace(robot, radius=float(entry["radius"]))
         limits = {name: float(entry[name]) for name in _FIELDS[3:7] if name in entry}
@@ -50,6 +51,12 @@ def _robot(entry: Any, usual: RobotSettings, place: str) -> RobotSettings:
         raise ValueError(f"{place}: {error}") from None
 
 
-def _lidar(entry: dict[str, Any], usual: RobotSettings) -> Any:
+def _start(numbers: Any) -> SE2:
+    if not isinstance(numbers, list) or len(numbers) not in (2, 3):
+        raise ValueError(f"start is {numbers!r}, must be [x, y] or [x, y, yaw]")
+    return SE2(*(float(number) for number in numbers))
+
+
+def _lidar(entry: dict[str, Any], usual: RobotSettings) -> Lidar:
     rate = None if "rate" not in entry else float(entry["rate"])
     return chosen_lidar(str(entry.get("lidar", usual.lidar.model)), rate)

@@ -17,8 +17,9 @@ RETREAT = 5.0
 """Farthest way that a robot drives to let another pass [m]."""
 ASIDE = 0.9
 """Distance from the other's way [m] at which it can pass."""
-STEP_APART = 0.4
-"""How much longer [s] each robot of a team waits than the one before it in the list, so that not all give way."""
+STEP_APART, FEW_APART = 2.0, 0.1
+"""How much longer [s] each of four robots waits than the one before it in the team, so that not all give way at once,
+and each four than the four before."""
 
 
 def patience(room: float, other_room: float, rank: int) -> float:
@@ -31,7 +32,7 @@ def patience(room: float, other_room: float, rank: int) -> float:
     base = 0.6
     if room <= other_room + WIDER:
         base = 2.0 if room >= other_room - WIDER else 6.0
-    return base + STEP_APART * rank
+    return base + STEP_APART * (rank % 4) + FEW_APART * (rank // 4)
 
 
 def room_at(walls: NDArray[np.float64], place: NDArray[np.float64]) -> float:
@@ -51,13 +52,15 @@ def in_the_way(path: NDArray[np.float64], movers: NDArray[np.float64], here: NDA
     return bool((gaps < AHEAD).any())
 
 
-def nearest(movers: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The nearest of things that move, (N, 2), if it is near [m]: (2,)."""
+def nearest(movers: NDArray[np.float64], here: NDArray[np.float64], radius: float) -> NDArray[np.float64] | None:
+    """The middle of the nearest robot of that radius [m] among the points seen of things that move, (N, 2), if it is
+    near: (2,). Its nearest point lies on its hull, on the line to its middle."""
     if len(movers) == 0:
         return None
     gaps = np.hypot(*(movers - here).T)
-    closest: NDArray[np.float64] = movers[int(np.argmin(gaps))]
-    return closest if gaps.min() < NEAR else None
+    closest, gap = movers[int(np.argmin(gaps))], float(gaps.min())
+    middle: NDArray[np.float64] = closest + (closest - here) * (radius / max(gap, 1e-6))
+    return middle if gap < NEAR else None
 
 
 def retreat(routes: Routes, here: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.int64] | None:

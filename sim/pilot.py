@@ -28,11 +28,11 @@ LOOKAHEAD = (0.2, 0.9)
 """How near and how far ahead on its path a robot aims [m]."""
 ARRIVED = 0.3
 """Distance at which the end of a path counts as reached [m]."""
-STUCK_TIME, STUCK_DISTANCE = 3.0, 0.15
-"""A robot that got no farther than this [m] in this time [s] on its way is stuck."""
+STUCK_TIME, STUCK_DISTANCE, STUCK_TURN = 3.0, 0.15, 0.5
+"""A robot that got no farther than this [m] and turned no more than this [rad] in this time [s] is stuck."""
 BAN_TIME = 15.0
 """For this time [s], a goal that could not be reached is not tried again."""
-LEAST_ASIDE, MOST_ASIDE, CLEAR_OF = 1.5, 8.0, 1.6
+LEAST_ASIDE, MOST_ASIDE, CLEAR_OF = 3.0, 8.0, 1.6
 """A robot that gave way stands aside for at least and at most this long [s], in between until none is this near [m]."""
 LOOK_AROUND = 0.6
 """A robot that has nowhere to go and does not see all round turns this fast [rad/s]."""
@@ -77,9 +77,9 @@ class Pilot:
         self._path = NOWHERE
         self._planned_at = -math.inf
         self._banned: list[tuple[float, NDArray[np.float64]]] = []
-        self._past: deque[tuple[float, NDArray[np.float64]]] = deque()
-        self._blocked: tuple[float, NDArray[np.float64]] | None = None
-        self._aside_since: float | None = None
+        self._past: deque[tuple[float, NDArray[np.float64], float]] = deque()
+        self._blocked: tuple[float, NDArray[np.float64], float] | None = None
+        self._aside_since = math.inf
         self._moving = self._commanded = (0.0, 0.0)
         self._stamp = 0.0
 
@@ -101,28 +101,28 @@ class Pilot:
         moving = self._floor.holds(placed)
         movers = placed[moving]
         drifts = self._tracker.drifts(now, movers, here)
-        if self._aside_since is not None:
-            self._stand_aside(now - self._aside_since, here, movers)
+        if self._aside_since < math.inf:
+            self._stand_aside(now, here, movers)
         else:
-            self._mind_the_way(now, here, movers)
+            self._mind_the_way(now, here, world_from_base.yaw, movers)
         if len(self._path) == 0:
-            return 0.0, 0.0 if self._policy.finished or self._aside_since is not None else self._idle_turn
+            return 0.0, 0.0 if self._policy.finished or self._aside_since < math.inf else self._idle_turn
         seen = self._fence.beside(points, world_from_base)
         ahead = world_from_base.inverse().apply(stretch_ahead(self._path, here))
         drift = np.zeros_like(seen)
         drift[: len(points)][moving] = SE2(0.0, 0.0, -world_from_base.yaw).apply(drifts)
         return self._avoidance.steer(self._avoidance.aim(ahead, seen), seen, self._moving, drift)
 
-    def _mind_the_way(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
+    def _mind_the_way(self, now: float, here: NDArray[np.float64], yaw: float, movers: NDArray[np.float64]) -> None:
         """Wait, make way or plan anew as things stand."""
         if self._waits(now, here, movers):
             self._past.clear()
             if now - self._planned_at > REPLAN and not self._policy.finished:
                 self._plan(now, here, NOWHERE)
             return
-        if self._aside_since is not None or self._policy.finished:
+        if self._aside_since < math.inf or self._policy.finished:
             return
-        if self._is_stuck(now, here):
+        if self._is_stuck(now, here, yaw):
             self._banned.append((now + BAN_TIME, self._path[-1]))
             self._path, self._planned_at = NOWHERE, -math.inf
         arrived = len(self._path) > 0 and math.dist(here, self._path[-1]) < ARRIVED
@@ -131,14 +131,15 @@ class Pilot:
 
     def _waits(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> bool:
         """Whether another stands in the way and is waited for; whoever has waited long enough gives way."""
-        other = nearest(movers, here)
+        other = nearest(movers, here, self._robot.radius)
         if other is None or not (len(self._path) == 0 or in_the_way(self._path, movers, here)):
             self._blocked = None
             return False
-        if self._blocked is None or math.dist(here, self._blocked[1]) > 2.0 * STUCK_DISTANCE:
-            self._blocked = (now, here)
-        room, other_room = room_at(self._walls, here), room_at(self._walls, other)
-        if now - self._blocked[0] < patience(room, other_room, self._rank):
+        got_on = self._blocked is None or math.dist(here, self._blocked[1]) > 2.0 * STUCK_DISTANCE
+        if self._blocked is None or got_on or self._tracker.passes(here):
+            room, other_room = room_at(self._walls, here), room_at(self._walls, other)
+            self._blocked = (now, here, patience(room, other_room, self._rank))
+        if now - self._blocked[0] < self._blocked[2]:
             return True
         self._blocked = None
         routes = Routes(self._grid(movers), here, self._robot.radius)
@@ -147,13 +148,16 @@ class Pilot:
             self._path, self._aside_since = routes.path_to(cell), now
         return False
 
-    def _stand_aside(self, aside: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
-        """Stay out of the way, for ``aside`` [s] by now, until the other has passed."""
-        if len(self._path) and math.dist(here, self._path[-1]) < ARRIVED:
-            self._path = NOWHERE
+    def _stand_aside(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
+        """Get out of the way, and stay there until the other has passed."""
+        if len(self._path) and now - self._aside_since < MOST_ASIDE:
+            if math.dist(here, self._path[-1]) < ARRIVED:
+                self._path, self._aside_since = NOWHERE, now
+            return
+        aside = now - self._aside_since
         near = len(movers) > 0 and bool((np.hypot(*(movers - here).T) < CLEAR_OF).any())
         if aside > MOST_ASIDE or (aside > LEAST_ASIDE and not near):
-            self._aside_since = None
+            self._aside_since = math.inf
             self._path, self._planned_at = NOWHERE, -math.inf
 
     def _plan(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
@@ -173,16 +177,19 @@ class Pilot:
         self._floor.learn(known)
         return self._floor.without_movers(known, movers)
 
-    def _is_stuck(self, now: float, here: NDArray[np.float64]) -> bool:
+    def _is_stuck(self, now: float, here: NDArray[np.float64], yaw: float) -> bool:
         if len(self._path) == 0:
             self._past.clear()
             return False
-        self._past.append((now, here))
+        self._past.append((now, here, yaw))
         if now - self._past[0][0] < STUCK_TIME:
             return False
         while now - self._past[0][0] > STUCK_TIME:
             self._past.popleft()
-        stuck = all(math.dist(here, place) < STUCK_DISTANCE for _, place in self._past)
+        stuck = all(
+            math.dist(here, place) < STUCK_DISTANCE and abs(math.remainder(yaw - turned, math.tau)) < STUCK_TURN
+            for _, place, turned in self._past
+        )
         if stuck:
             self._past.clear()
         return stuck

@@ -22,6 +22,9 @@ from worlds.world import World
 GOALS = 8
 """How many goals a robot draws that was given none."""
 
+REACHED = ARRIVED + CELL
+"""Distance [m] at which a goal counts as reached: its path ends in the middle of its cell."""
+
 Goal = tuple[float, float]
 """x, y in the world [m]."""
 
@@ -49,16 +52,20 @@ class Tour:
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The path to the present goal, or to the next one once it is reached; (0, 2) where all are out of reach."""
-        if math.dist(self._here, self._goals[self._next]) < ARRIVED:
+        if self._is_at(self._goals[self._next]):
             self._next = (self._next + 1) % len(self._goals)
-        for _ in self._goals:
-            goal = self._goals[self._next]
+        for step in range(len(self._goals)):
+            number = (self._next + step) % len(self._goals)
+            goal = self._goals[number]
             cell = grid.frame.cells_from_metres(goal[None])[0]
-            blocked = any(math.dist(goal, place) < ARRIVED for place in banned)
-            if not blocked and np.isfinite(routes.costs[tuple(cell)]):
+            tried = any(math.dist(goal, place) < REACHED for place in banned)
+            if not tried and not self._is_at(goal) and np.isfinite(routes.costs[tuple(cell)]):
+                self._next = number
                 return routes.path_to(cell)
-            self._next = (self._next + 1) % len(self._goals)
         return NOWHERE
+
+    def _is_at(self, goal: NDArray[np.float64]) -> bool:
+        return math.dist(self._here, goal) < REACHED
 
 
 def floor_plan(world: World) -> OccupancyGrid:
