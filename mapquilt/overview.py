@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon as Outline
+from matplotlib.transforms import Affine2D
 
 from mapping.atomic import write_bytes_aside
 from mapping.grid import OccupancyGrid
@@ -25,7 +26,12 @@ PANEL_INCHES = (5.0, 4.2)
 
 
 def draw_merge(path: Path, maps: MapSet, merged: OccupancyGrid, reference_from_map: dict[str, Similarity2]) -> None:
-    """Every map as the merger got it, and the merged map with each map's walls in a colour of its own."""
+    """Write :func:`merge_figure` as PNG."""
+    write_bytes_aside(path, figure_png(merge_figure(maps, merged, reference_from_map)))
+
+
+def merge_figure(maps: MapSet, merged: OccupancyGrid, reference_from_map: dict[str, Similarity2]) -> Figure:
+    """The merged map with each map's walls in a colour of its own, and every map as the merger got it."""
     figure, panels = _panels(1 + len(maps))
     _show_grid(panels[0], merged, "merged map")
     for index, name in enumerate(maps.names):
@@ -33,7 +39,7 @@ def draw_merge(path: Path, maps: MapSet, merged: OccupancyGrid, reference_from_m
             _show_walls(panels[0], maps.grids[index], reference_from_map[name], robot_colour(index))
         verdict = "" if name in reference_from_map else " (not merged)"
         _show_grid(panels[index + 1], maps.grids[index], name + verdict, robot_colour(index))
-    write_bytes_aside(path, figure_png(figure))
+    return figure
 
 
 def draw_overview(
@@ -45,6 +51,19 @@ def draw_overview(
     reference: str,
     reference_from_map: dict[str, Similarity2],
 ) -> None:
+    """Write :func:`overview_figure` as PNG."""
+    figure = overview_figure(mission, maps, truth, merged, reference, reference_from_map)
+    write_bytes_aside(path, figure_png(figure))
+
+
+def overview_figure(
+    mission: Mission,
+    maps: MapSet,
+    truth: RunTruth,
+    merged: OccupancyGrid,
+    reference: str,
+    reference_from_map: dict[str, Similarity2],
+) -> Figure:
     """The world with the paths, the merged grid, the merged walls over the truth, and each robot's grid."""
     figure, panels = _panels(3 + len(maps))
     _show_world(panels[0], mission)
@@ -55,7 +74,7 @@ def draw_overview(
         resolution = maps.grids[index].frame.resolution
         title = f"{name}: states {resolution:g} m a cell, truly {resolution * scale:.3f} m"
         _show_grid(panels[3 + index], maps.grids[index], title, robot_colour(index))
-    write_bytes_aside(path, figure_png(figure))
+    return figure
 
 
 def _panels(count: int) -> tuple[Figure, list[Axes]]:
@@ -76,10 +95,14 @@ def _title(panel: Axes, text: str, colour: str = INK) -> None:
 
 
 def _show_grid(panel: Axes, grid: OccupancyGrid, title: str, colour: str = INK) -> None:
-    """Draw in the grid's own metres; an origin yaw is left to the title's frame."""
-    rows, cols = grid.frame.shape
-    r, x, y = grid.frame.resolution, grid.frame.origin.x, grid.frame.origin.y
-    panel.imshow(picture(grid), origin="lower", extent=(x, x + cols * r, y, y + rows * r), interpolation="antialiased")
+    """Draw in the map's own metres, turned as its origin is."""
+    frame = grid.frame
+    image = panel.imshow(picture(grid)[::-1], origin="upper", interpolation="antialiased")
+    image.set_transform(Affine2D(frame.metre_from_pixel()) + panel.transData)
+    rows, cols = frame.shape
+    corners = frame.metres_from_cells(np.array([(0, 0), (0, cols), (rows, 0), (rows, cols)]) - 0.5)
+    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
+    panel.set(xlim=(left, right), ylim=(low, high))
     _title(panel, title, colour)
 
 

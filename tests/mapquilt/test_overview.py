@@ -1,0 +1,85 @@
+"""Pictures of a run lie as the frames say: what is drawn is looked up again, in metres."""
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from scipy import ndimage
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from mapquilt import run_folder
+from mapquilt.overview import merge_figure, overview_figure
+from mapquilt.truth_file import load_truth
+from merge.fusion import fuse
+from sim.mission_file import load_mission
+
+
+def looked_at(figure, panel):
+    """The pixels of a panel, (H, W, 3) int, top row first, and the metres (H, W, 2) of their centres."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    image = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+    axes = figure.axes[panel]
+    left, low, right, high = (round(edge) for edge in axes.bbox.extents)
+    rows, cols = np.mgrid[image.shape[0] - high + 2 : image.shape[0] - low - 2, left + 2 : right - 2]
+    display = np.stack((cols + 0.5, image.shape[0] - rows - 0.5), axis=-1)
+    metres = axes.transData.inverted().transform(display.reshape(-1, 2)).reshape(display.shape)
+    return image[rows, cols], metres
+
+
+def coloured(pixels):
+    return np.ptp(pixels, axis=-1) > 60
+
+
+def room(yaw):
+    """A room of 12 x 8 m whose walls no turn brings onto themselves, in a frame that is turned and shifted."""
+    values = np.zeros((16, 24), np.int8)
+    values[:, :2] = values[:2] = values[10:, 15:18] = 100
+    values[12:, :6] = -1
+    return OccupancyGrid.from_occupancy(GridFrame(0.5, SE2(3.0, -7.0, yaw), values.shape), values)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.6, -2.5])
+def test_a_map_is_drawn_turned_as_its_origin_is(yaw):
+    grid = room(yaw)
+    figure = merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), grid, {})
+    for panel in (0, 1):
+        pixels, metres = looked_at(figure, panel)
+        cells = grid.frame.cells_from_metres(metres[(pixels < 60).all(axis=-1)])
+        assert grid.frame.contains(cells).all()
+        assert grid.occupied[cells[:, 0], cells[:, 1]].mean() > 0.99
+        drawn = np.zeros(grid.frame.shape, bool)
+        drawn[cells[:, 0], cells[:, 1]] = True
+        assert (drawn == grid.occupied).all()
+
+
+def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
+    target = room(0.4)
+    target_from_source = Similarity2(2.0, -1.0, 0.9, 1.3)
+    there = target_from_source.inverse()
+    origin = there @ Similarity2.from_se2(target.frame.origin)
+    frame = GridFrame(0.5 / 1.3, SE2(origin.x, origin.y, origin.yaw), target.frame.shape)
+    source = OccupancyGrid(frame, target.log_odds)
+    merged = fuse(target.frame, [(Similarity2(), target), (target_from_source, source)])
+    figure = merge_figure(MapSet(("a", "b"), (target, source), ("m", "m")), merged, {"b": target_from_source})
+    pixels, metres = looked_at(figure, 0)
+    cells = target.frame.cells_from_metres(metres[coloured(pixels)])
+    assert {tuple(cell) for cell in cells} == {tuple(cell) for cell in np.argwhere(target.occupied)}
+
+
+def test_the_true_transforms_lay_the_merged_walls_on_the_true_ones(merged_run):
+    maps, truth = run_folder.load_maps(merged_run), load_truth(merged_run / "truth.json")
+    world_from = {name: truth.robot(name).truth.world_from_map for name in maps.names}
+    mission, reference = load_mission(merged_run / "mission"), maps.names[1]
+    placed = {name: world_from[reference].inverse() @ world_from[name] for name in maps.names}
+    figure = overview_figure(mission, maps, truth, maps.grids[1], reference, placed)
+    pixels, metres = looked_at(figure, 2)
+    bare, _ = looked_at(overview_figure(mission, maps, truth, maps.grids[1], reference, {}), 2)
+    from_wall = ndimage.distance_transform_edt((bare > 230).all(axis=-1))
+    metre = 1.0 / np.diff(metres[0, :2, 0])[0]
+    off = from_wall[coloured(pixels)] / metre
+    assert off.size > 300
+    assert np.quantile(off, 0.95) < 0.3
