@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from mapping.map_set import MapSet
 from mapping.truth import PairTruth
@@ -16,15 +16,21 @@ from mapquilt.truth_file import RunTruth
 
 SCHEMA = "mapquilt-score/1"
 
+Outcome = Literal["right", "wrong", "missed", "rightly refused"]
+"""What became of a pair: an accepted one is right or wrong; a refused one was missed, or rightly refused where the
+true footprints do not overlap or have more than one right answer."""
+
 
 @dataclass(frozen=True)
 class PairScore:
-    """One pair's answer against its truth. ``bent`` says that the truth's own residual [m] exceeds half the allowed
-    displacement, so that even a perfect answer may miss; None where no residual is known."""
+    """One pair's answer against its truth. ``right`` speaks of the candidate, accepted or not. ``bent`` says that the
+    truth's own residual [m] exceeds half the allowed displacement, so that even a perfect answer may miss; None where
+    no residual is known."""
 
     target: str
     source: str
     overlap: float
+    identifiable: bool
     accepted: bool
     confidence: float
     reason: str | None
@@ -35,18 +41,27 @@ class PairScore:
     residual_m: float | None
     bent: bool | None
 
+    @property
+    def outcome(self) -> Outcome:
+        if self.accepted:
+            return "right" if self.right else "wrong"
+        return "missed" if self.identifiable else "rightly refused"
+
 
 @dataclass(frozen=True)
 class RunScore:
     pairs: tuple[PairScore, ...]
 
     def summary(self) -> dict[str, int]:
+        outcomes = [pair.outcome for pair in self.pairs]
         return {
             "pairs": len(self.pairs),
             "accepted": sum(pair.accepted for pair in self.pairs),
             "right": sum(pair.right for pair in self.pairs),
-            "right_and_accepted": sum(pair.right and pair.accepted for pair in self.pairs),
-            "wrong_accepts": sum(pair.accepted and not pair.right for pair in self.pairs),
+            "right_and_accepted": outcomes.count("right"),
+            "wrong_accepts": outcomes.count("wrong"),
+            "missed": outcomes.count("missed"),
+            "rightly_refused": outcomes.count("rightly refused"),
         }
 
 
@@ -75,6 +90,7 @@ def _score_pair(maps: MapSet, truth: RunTruth, pair: PairAnswer) -> PairScore:
         target=pair.target,
         source=pair.source,
         overlap=true_pair.places.overlap,
+        identifiable=true_pair.places.identifiability.identifiable,
         accepted=pair.accepted,
         confidence=pair.confidence,
         reason=pair.reason,
@@ -92,5 +108,5 @@ def _bent(pair: PairTruth, allowed: float) -> bool | None:
 
 
 def save_score(path: Path, score: RunScore) -> None:
-    pairs: list[dict[str, Any]] = [dataclasses.asdict(pair) for pair in score.pairs]
+    pairs: list[dict[str, Any]] = [{**dataclasses.asdict(pair), "outcome": pair.outcome} for pair in score.pairs]
     write_record(path, "score", {"schema": SCHEMA, "pairs": pairs, "summary": score.summary()})

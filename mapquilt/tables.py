@@ -59,12 +59,12 @@ def _merge_row(pair: PairResult) -> tuple[str, ...]:
 
 
 def score_table(score: RunScore) -> Table:
-    """Each pair's true overlap, verdict, errors and acceptance index."""
+    """Each pair's true overlap, verdict, what that was worth, its candidate's errors and acceptance index."""
     table = plain_table(
         ("pair", False),
         ("true overlap", True),
         ("verdict", False),
-        ("right", False),
+        ("outcome", False),
         ("rotation", True),
         ("scale", True),
         ("displacement", True),
@@ -75,18 +75,19 @@ def score_table(score: RunScore) -> Table:
     counts = score.summary()
     table.caption = (
         f"{counts['right_and_accepted']} of {counts['pairs']} pairs right and accepted, "
-        f"{counts['wrong_accepts']} wrongly accepted"
+        f"{counts['wrong_accepts']} wrongly accepted, {counts['missed']} missed, "
+        f"{counts['rightly_refused']} rightly refused"
     )
     return table
 
 
 def _score_row(pair: PairScore) -> tuple[str, ...]:
-    head = (f"{pair.target} <- {pair.source}", f"{100 * pair.overlap:.0f} %", _verdict(pair.accepted, pair.reason))
+    verdict = _verdict(pair.accepted, pair.reason)
+    head = (f"{pair.target} <- {pair.source}", f"{100 * pair.overlap:.0f} %", verdict, pair.outcome)
     index = "-" if pair.acceptance_index is None else f"{pair.acceptance_index:.3f}"
     if pair.error is None:
-        return (*head, "-", "-", "-", "-", index)
+        return (*head, "-", "-", "-", index)
     moved = "no common cells"
     if pair.error.displacement_m is not None:
         moved = f"{pair.error.displacement_m:.3f} m, {pair.error.displacement_cells:.1f} cells"
-    right = "right" if pair.right else "wrong"
-    return (*head, right, f"{pair.error.rotation_deg:.2f} deg", f"{pair.error.scale_percent:.2f} %", moved, index)
+    return (*head, f"{pair.error.rotation_deg:.2f} deg", f"{pair.error.scale_percent:.2f} %", moved, index)

@@ -66,6 +66,17 @@ def test_displacement_is_that_of_common_cells_not_of_origins():
     assert transform_error(target, source, Similarity2(), turned).displacement_m < 0.005
 
 
+def test_only_cells_that_both_know_count_and_the_known_box_is_the_measure():
+    """A growth about the origin moves each cell by a tenth of its distance; the target knows a box of 3 x 4 cells."""
+    known = np.zeros((50, 50), np.float32)
+    known[6:9, 8:12] = -1.0
+    target, source = OccupancyGrid(GridFrame(0.1, SE2(), (50, 50)), known), full_grid(80, 80, 0.1)
+    distances = [0.1 * math.hypot(row + 0.5, col + 0.5) for row in range(6, 9) for col in range(8, 12)]
+    error = transform_error(target, source, Similarity2(), Similarity2(scale=1.1))
+    assert error.displacement_m == pytest.approx(0.1 * np.mean(distances))
+    assert error.displacement_of_diagonal == pytest.approx(0.1 * np.mean(distances) / (0.1 * 5))
+
+
 def test_maps_without_a_common_cell_have_no_displacement_and_nothing_is_right():
     error = transform_error(full_grid(), full_grid(), Similarity2(50.0, 0.0), Similarity2(50.0, 0.0))
     assert error.displacement_m is None
