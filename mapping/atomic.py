@@ -2,27 +2,54 @@
 
 from __future__ import annotations
 
+import os
 import secrets
 import shutil
-from collections.abc import Iterator
+import stat
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 
 def write_bytes_aside(path: Path, data: bytes) -> None:
-    """Write a file so that a reader, or a killed writer, never sees half of it: a sibling is renamed over ``path``.
+    """Write one file as :func:`write_files_aside` writes several."""
+    write_files_aside({path: data})
 
-    Nothing is forced to the disk: this guards against a killed process, not against a power cut.
-    Raises ``OSError`` where the folder is missing or cannot be written; nothing is left behind then.
+
+def write_files_aside(files: Mapping[Path, bytes]) -> None:
+    """Write files so that a reader, or a killed writer, never sees half of one, nor some without the others.
+
+    All are written beside their final places, and renamed only when the last is whole. A link is followed: what it
+    points to is replaced, the link stays. Nothing is forced to the disk: this guards against a killed process, not
+    against a power cut.
+    Raises ``OSError`` where a folder is missing or cannot be written, ``FileExistsError`` where a device, a folder or
+    anything else that is no regular file has the name; nothing is written or left behind then.
     """
-    aside = _sibling(path, "part")
+    finals = {_final(path): data for path, data in files.items()}
+    asides = {final: _sibling(final, "part") for final in finals}
     try:
-        with aside.open("xb") as file:
-            file.write(data)
-        aside.replace(path)
+        for final, aside in asides.items():
+            with aside.open("xb") as file:
+                file.write(finals[final])
+        for final, aside in asides.items():
+            aside.replace(final)
     except BaseException:
-        aside.unlink(missing_ok=True)
+        for aside in asides.values():
+            aside.unlink(missing_ok=True)
         raise
+
+
+def _final(path: Path) -> Path:
+    try:
+        regular = stat.S_ISREG(path.stat().st_mode)
+    except FileNotFoundError:
+        regular = True
+    if not regular:
+        raise FileExistsError(f"{path}: is there and is no regular file; it is not replaced")
+    final = Path(os.path.realpath(path)) if path.is_symlink() else path
+    if not final.parent.is_dir():
+        raise FileNotFoundError(f"{final.parent}: no such folder")
+    return final
 
 
 @contextmanager
@@ -36,7 +63,7 @@ def folder_aside(final: Path) -> Iterator[Path]:
 
     Raises ``OSError`` where the parent cannot be written, ``NotADirectoryError`` where ``final`` is a file.
     """
-    final = final.resolve()
+    final = Path(os.path.realpath(final))
     if final.exists() and not final.is_dir():
         raise NotADirectoryError(f"{final} is a file, not a folder")
     final.parent.mkdir(parents=True, exist_ok=True)

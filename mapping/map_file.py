@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.atomic import write_bytes_aside
+from mapping.atomic import write_files_aside
 from mapping.frame import GridFrame
 from mapping.grid import FREE, UNKNOWN, OccupancyGrid
 from mapping.map_set import Unit
@@ -66,12 +66,18 @@ def save_map(
     """Write ``STEM.pgm`` (or ``.png``) and ``STEM.yaml``, which any ROS user can open; equal grids give equal bytes.
 
     Trinary mode holds exactly ``occupancy()``; scale and raw hold it in per cent. Resolution and origin keep every
-    bit. Each file is written aside and renamed, the YAML last.
+    bit. Both files are there whole or neither is.
 
     Raises ``ValueError`` where mode and picture do not go together (scale mode marks unknown by transparency, which
     a PGM cannot hold), and ``OSError`` where the folder is missing or cannot be written.
     """
-    stem = Path(stem)
+    write_files_aside(map_files(grid, Path(stem), mode=mode, picture=picture))
+
+
+def map_files(
+    grid: OccupancyGrid, stem: Path, *, mode: Mode = "trinary", picture: Literal["pgm", "png"] = "pgm"
+) -> dict[Path, bytes]:
+    """The two files of :func:`save_map`, as bytes."""
     occupied_thresh, free_thresh = thresholds(mode)
     meta = MapYaml(
         image=f"{stem.name}.{picture}",
@@ -81,8 +87,10 @@ def save_map(
         free_thresh=free_thresh,
         mode=mode,
     )
-    write_bytes_aside(stem.with_name(meta.image), picture_bytes(picture_of_grid(grid, mode), picture))
-    write_bytes_aside(stem.with_name(f"{stem.name}.yaml"), map_yaml_text(meta).encode())
+    return {
+        stem.with_name(meta.image): picture_bytes(picture_of_grid(grid, mode), picture),
+        stem.with_name(f"{stem.name}.yaml"): map_yaml_text(meta).encode(),
+    }
 
 
 def _loaded(

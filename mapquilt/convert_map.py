@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Literal
 
@@ -19,10 +20,13 @@ def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: int | None) -
     """Write the map at ``source`` as ``out``, which ends in .yaml, .pgm or .png, and return what was odd about it.
 
     YAML and picture are written, of one name; a ``.yaml`` gets a PGM, or in scale mode a PNG. Resolution, origin and
-    yaw keep every bit. Where the source is a bare picture no resolution is known, and only a picture is written.
+    yaw keep every bit. Where the source is a bare picture no resolution is known, and only a picture is written. Where
+    ``out`` is a link, the map is written where it leads.
 
     Raises ``ValueError`` or ``OSError`` naming the file that cannot be read, is no map, or would replace the source.
     """
+    if out.is_symlink():
+        out = Path(os.path.realpath(out))  # so that YAML and picture lie side by side where the link leads
     kind = _picture_kind(out, mode)
     loaded = load_map(source, unknown_grey=unknown_grey)
     if not out.parent.is_dir():

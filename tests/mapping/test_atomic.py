@@ -7,11 +7,22 @@ import signal
 import stat
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from mapping.atomic import folder_aside, write_bytes_aside
+from mapping.atomic import folder_aside, write_bytes_aside, write_files_aside
+
+ROOT = Path(__file__).parents[2]
+
+WRITE_BOTH = """
+import pathlib, signal, sys
+from mapping.atomic import write_files_aside
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+folder = pathlib.Path(sys.argv[1])
+write_files_aside({folder / "a": b"new", folder / "b": bytes(2000)})
+"""
 
 
 class HalfwayError(RuntimeError):
@@ -45,6 +56,48 @@ def test_a_file_that_cannot_be_renamed_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="taken"):
         write_bytes_aside(tmp_path / "taken", b"data")
     assert names(tmp_path) == {"taken"}
+
+
+def test_a_link_is_written_through(tmp_path: Path) -> None:
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "disk/there").write_bytes(b"old")
+    for name in ("there", "new"):
+        (tmp_path / name).symlink_to(f"disk/{name}")
+        write_bytes_aside(tmp_path / name, b"data")
+        assert (tmp_path / name).is_symlink()
+        assert (tmp_path / "disk" / name).read_bytes() == b"data"
+    assert names(tmp_path / "disk") == {"there", "new"}
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir, lambda path: path.symlink_to("/dev/null")])
+def test_what_is_no_regular_file_is_never_replaced(tmp_path: Path, make: Callable[[Path], None]) -> None:
+    make(tmp_path / "special")
+    before = (tmp_path / "special").lstat()
+    with pytest.raises(FileExistsError, match="special: is there and is no regular file"):
+        write_files_aside({tmp_path / "usual": b"data", tmp_path / "special": b"data"})
+    assert (tmp_path / "special").lstat() == before
+    assert names(tmp_path) == {"special"}
+
+
+def test_a_ring_of_links_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "ring").symlink_to("ring")
+    with pytest.raises(OSError, match="ring"):
+        write_bytes_aside(tmp_path / "ring", b"data")
+    assert names(tmp_path) == {"ring"}
+
+
+def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"/no: no such folder$"):
+        write_bytes_aside(tmp_path / "no/file", b"data")
+
+
+def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"old")
+    limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)); {WRITE_BOTH}"
+    done = subprocess.run([sys.executable, "-c", limit, str(tmp_path)], cwd=ROOT, capture_output=True, text=True)
+    assert "File too large" in done.stderr
+    assert names(tmp_path) == {"a"}
+    assert (tmp_path / "a").read_bytes() == b"old"
 
 
 def test_a_folder_appears_at_the_end_only(tmp_path: Path) -> None:
@@ -107,9 +160,8 @@ def test_a_killed_writer_leaves_the_old_folder_and_can_be_started_again(tmp_path
         "with folder_aside(pathlib.Path(sys.argv[1])) as aside:\n"
         "    (aside / 'half').write_text('half'); print('ready', flush=True); time.sleep(60)\n"
     )
-    root = Path(__file__).parents[2]
     process = subprocess.Popen(
-        [sys.executable, "-c", writer, str(final)], cwd=root, stdout=subprocess.PIPE, env=dict(os.environ)
+        [sys.executable, "-c", writer, str(final)], cwd=ROOT, stdout=subprocess.PIPE, env=dict(os.environ)
     )
     assert process.stdout is not None
     assert process.stdout.readline() == b"ready\n"

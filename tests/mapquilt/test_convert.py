@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -122,6 +123,23 @@ def test_another_name_for_the_source_is_seen_through(
 ) -> None:
     (tmp_path / "link").symlink_to(tmp_path)
     assert "would replace" in refused(capsys, source, tmp_path / "link/source.pgm")
+
+
+def test_a_link_is_written_through_to_a_map_that_loads(source: Path, tmp_path: Path) -> None:
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "out.yaml").symlink_to("disk/office.yaml")
+    assert command("convert", source, tmp_path / "out.yaml") == 0
+    assert (tmp_path / "out.yaml").is_symlink()
+    assert set(hashes(tmp_path / "disk")) == {"office.yaml", "office.pgm"}
+    assert load_map(tmp_path / "disk/office.yaml").grid.frame == FRAME
+
+
+@pytest.mark.parametrize("out", ["out.pgm", "out.yaml"])
+def test_a_device_is_never_replaced(source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], out: str):
+    os.mkfifo(tmp_path / "out.pgm")
+    assert "out.pgm: is there and is no regular file" in refused(capsys, source, tmp_path / out)
+    assert (tmp_path / "out.pgm").is_fifo()
+    assert not (tmp_path / "out.yaml").exists()
 
 
 def test_an_older_file_is_replaced(source: Path, tmp_path: Path) -> None:
