@@ -42,7 +42,7 @@ def simulate_run(
 ) -> Sample:
     """Drive the robots, sense, map, disguise, and write the whole run."""
     run_folder.refuse_foreign(out)
-    mission, times = simulate(world, mission_settings, seed, on_progress, replay)
+    mission, times = simulate(world, mission_settings, seed, on_progress, replay, sample_settings.clear_range)
     return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)})
 
 
@@ -62,7 +62,7 @@ def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: di
     with run_folder.new_run(out) as folder:
         save_mission(mission, folder / run_folder.MISSION_FOLDER)
         fill_run(folder, mission, settings, sample)
-        write_coverage(folder, coverage(mission))
+        write_coverage(folder, coverage(mission, settings.clear_range))
         for stage, seconds in timings.items():
             run_folder.add_timings(folder, stage, seconds)
         written = time.perf_counter() - start - sampled

@@ -32,10 +32,11 @@ class Coverage:
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.float64))
 
 
-def coverage(mission: Mission) -> Coverage:
+def coverage(mission: Mission, clear_range: float = 0.0) -> Coverage:
     """The coverage of a mission second by second, from the true beams, on true cells of 0.05 m.
 
-    Free is what no solid touches, within the fence if there is one. Nothing comes of time after a robot's last scan.
+    Free is what no solid touches, within the fence if there is one. ``clear_range`` [m] is how far a beam without a
+    return sees. Nothing comes of time after a robot's last scan.
     """
     raster = true_raster(mission.world, TRUE_RESOLUTION)
     free = raster.free
@@ -46,7 +47,7 @@ def coverage(mission: Mission) -> Coverage:
     stamps = np.append(np.arange(0.0, end, STEP), end)
     when = []
     for truth in mission.robots:
-        scans = first_seen(truth, raster.frame)[free]
+        scans = first_seen(truth, raster.frame, clear_range)[free]
         seen = scans != NEVER
         when.append(np.where(seen, truth.trajectory.stamps[np.where(seen, scans, 1) - 1], np.inf))
     robots = np.array([_counts(each, stamps) for each in when]) / whole

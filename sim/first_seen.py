@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,22 +12,24 @@ from mapping.robot_log import RobotTruth
 from mapping.traversal import SKIP, beam_ends, draw_scan
 
 NEVER = np.iinfo(np.int32).max
-_EDGE = 4
-"""Cells around the raster, into which a beam may end by rounding."""
+_ROUNDING = 4
+"""Cells around the raster, into which a hit may lie by rounding."""
 
 
-def first_seen(truth: RobotTruth, frame: GridFrame) -> NDArray[np.int32]:
+def first_seen(truth: RobotTruth, frame: GridFrame, clear_range: float = 0.0) -> NDArray[np.int32]:
     """For each cell, (rows, cols), how many scans the robot had taken when one saw it, ``NEVER`` where none did.
 
-    A cell is seen where a true beam crosses it or ends in it, as :func:`mapping.truth.observed` has it. The raster's
-    cells must be aligned with the world's origin.
+    A cell is seen where a true beam crosses it or ends in it, as :func:`mapping.truth.observed` has it; a beam without
+    a return crosses what lies within ``clear_range`` [m]. The raster's cells must be aligned with the world's origin,
+    and the robot must stay on it.
     """
     # Drawn backwards, so that the number of the scan that touched a cell last is that of the one that saw it first.
     rows, cols = frame.shape
-    total = np.zeros((rows + 2 * _EDGE, cols + 2 * _EDGE), np.float32)
+    edge = _ROUNDING + math.ceil(min(clear_range, truth.scans[0].range_max) / frame.resolution)
+    total = np.zeros((rows + 2 * edge, cols + 2 * edge), np.float32)
     last = np.zeros(total.shape, np.int32)
     unused, steps = np.zeros((1, 1), np.int32), (np.float32(0.0),) * 4
-    corner = np.array((frame.origin.x, frame.origin.y)) / frame.resolution - _EDGE
+    corner = np.array((frame.origin.x, frame.origin.y)) / frame.resolution - edge
     for number in range(len(truth.scans), 0, -1):
         scan, pose = truth.scans[number - 1], truth.trajectory.pose(number - 1) @ truth.base_from_lidar
         ends, says = beam_ends(
@@ -35,7 +39,7 @@ def first_seen(truth: RobotTruth, frame: GridFrame) -> NDArray[np.int32]:
             pose.x,
             pose.y,
             pose.yaw,
-            0.0,
+            min(clear_range, scan.range_max),
             frame.resolution,
         )
         if (says == SKIP).all():
@@ -43,5 +47,5 @@ def first_seen(truth: RobotTruth, frame: GridFrame) -> NDArray[np.int32]:
         start = np.array((pose.x, pose.y)) / frame.resolution - corner
         ends -= corner
         draw_scan(total, unused, last, np.int32(number), start[0], start[1], ends, says, *steps, False)
-    seen = last[_EDGE : _EDGE + rows, _EDGE : _EDGE + cols]
+    seen = last[edge : edge + rows, edge : edge + cols]
     return np.where(seen > 0, seen, np.int32(NEVER))

@@ -61,6 +61,7 @@ def simulate(
     seed: int,
     on_progress: Callable[[float], None] | None = None,
     replay: Sequence[Trajectory] = (),
+    clear_range: float = 0.0,
 ) -> tuple[Mission, MissionTimes]:
     """Let the robots drive in the world. Equal arguments give an equal mission, bit for bit, in any process.
 
@@ -68,7 +69,7 @@ def simulate(
     on scanning, and is still seen by the others. ``on_progress`` is told the simulated time [s] after each scan.
     ``replay`` holds world_from_base over time of each robot, for the policy of that name. Where an overlap is wanted,
     the mission is cut to reach it, and simulated again from other starts where that fails; the one that comes nearest
-    is kept.
+    is kept; ``clear_range`` [m] is how far a beam without a return sees there.
 
     Raises ``ValueError`` where the world does not hold the robots, a start, a goal or a trajectory; ``ImportError``
     without PyBullet.
@@ -79,13 +80,14 @@ def simulate(
         mission = _first_that_overlaps(
             (_drive(world, attempt, seed, replay, stopwatch, on_progress) for attempt in attempts(settings)),
             settings.overlap,
+            clear_range,
             stopwatch,
         )
     return mission, MissionTimes(**stopwatch.seconds)
 
 
 def _first_that_overlaps(
-    missions: Iterator[Mission], wanted: tuple[float, float] | None, stopwatch: Stopwatch
+    missions: Iterator[Mission], wanted: tuple[float, float] | None, clear_range: float, stopwatch: Stopwatch
 ) -> Mission:
     """The first of the missions, cut where an overlap is wanted, that reaches it, or the one that comes nearest."""
     best: tuple[float, Mission] | None = None
@@ -93,7 +95,8 @@ def _first_that_overlaps(
         if wanted is None:
             return mission
         with stopwatch.on("cutting"):
-            cut = overlap_cut(mission.robots, true_raster(mission.world, TRUE_RESOLUTION).frame, wanted)
+            frame = true_raster(mission.world, TRUE_RESOLUTION).frame
+            cut = overlap_cut(mission.robots, frame, wanted, clear_range)
         if best is None or cut.miss < best[0]:
             best = cut.miss, mission.cut(cut.scans)
         if cut.miss == 0.0:

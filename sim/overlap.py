@@ -33,14 +33,19 @@ class Cut:
     miss: float
 
 
-def overlap_cut(truths: Sequence[RobotTruth], frame: GridFrame, wanted: tuple[float, float]) -> Cut:
+def overlap_cut(
+    truths: Sequence[RobotTruth], frame: GridFrame, wanted: tuple[float, float], clear_range: float = 0.0
+) -> Cut:
     """The longest missions, each from its beginning, whose footprints on the true raster overlap pair by pair within
-    ``wanted``, (least, greatest); where there are none, those that miss it least.
+    ``wanted``, (least, greatest); where there are none, those that miss it least. ``clear_range`` [m] is how far a beam
+    without a return sees.
 
     All pairs are tabulated over the robots' ends; the ends are then found one robot at a time, from many beginnings.
     """
     scans = [_levels(len(truth.scans)) for truth in truths]
-    levels = [_seen_at(first_seen(truth, frame), counts) for truth, counts in zip(truths, scans, strict=True)]
+    levels = [
+        _seen_at(first_seen(truth, frame, clear_range), counts) for truth, counts in zip(truths, scans, strict=True)
+    ]
     misses = {(a, b): _miss(_overlaps(levels[a], levels[b]), wanted) for a, b in combinations(range(len(truths)), 2)}
     tables = {**misses, **{(b, a): table.T for (a, b), table in misses.items()}}
     found = [_descend(tables, len(truths), level) for level in range(LEVELS)]

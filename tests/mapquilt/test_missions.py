@@ -50,6 +50,19 @@ def test_the_overlap_reached_is_recorded_and_told(tmp_path: Path, capsys: pytest
     assert told.err == ""
 
 
+def test_the_overlap_reached_is_that_of_the_beams_that_clear(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ("--width", 15, "--height", 15, "--robots", 2, "--duration", 8, "--seed", 1)
+    wanted = ("--overlap", "0.6:0.8", "--clear-range", 12)
+    assert command("simulate", "outdoor", *options, *wanted, "--out", tmp_path / "run") == 0
+    assert capsys.readouterr().err == ""
+    reached = record(tmp_path / "run")["overlap"]["reached"]  # type: ignore[index]
+    assert 0.6 <= min(reached) <= max(reached) <= 0.8
+    seen = record(tmp_path / "run", "coverage")
+    assert seen["robots"][0]["share"][-1] > 0.5  # type: ignore[index]
+
+
 def test_an_overlap_out_of_reach_is_warned_of_and_the_nearest_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

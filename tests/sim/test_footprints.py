@@ -14,7 +14,9 @@ from sim.mission import Mission, simulate
 from sim.mission_settings import MissionSettings
 from sim.overlap import LEVELS, attempts, overlap_cut
 from worlds.families import make_world
-from worlds.raster import true_raster
+from worlds.polygon import box, disc
+from worlds.raster import touched_cells, true_raster
+from worlds.world import World
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +29,29 @@ def test_what_was_seen_after_some_scans_is_what_they_observe(mission: Mission, s
     frame = true_raster(mission.world).frame
     truth = mission.robots[1]
     assert ((first_seen(truth, frame) <= scans) != observed(truth.part(0, scans), frame)).mean() < 1e-5
+
+
+def test_what_beams_without_a_return_saw_is_what_they_observe() -> None:
+    trees = tuple(disc(x, y, 0.3, 12) for x in (2.0, 7.0, 12.0) for y in (2.0, 7.0, 12.0))
+    park = World("park", 0, (14.0, 14.0), trees, fence=box(1.0, 1.0, 13.0, 13.0))
+    mission, _ = simulate(park, MissionSettings(1, 1.0), 1)
+    raster = true_raster(park)
+    for clear_range in (0.0, 3.0, 100.0):
+        maps = [observed(truth, raster.frame, clear_range) for truth in mission.robots]
+        firsts = [first_seen(truth, raster.frame, clear_range) for truth in mission.robots]
+        assert all(np.array_equal(a, b < NEVER) for a, b in zip(maps, firsts, strict=True))
+        fenced = maps[0] & raster.free & touched_cells([box(1.0, 1.0, 13.0, 13.0)], 0.05, raster.frame.shape)
+        assert coverage(mission, clear_range).team[-1] * coverage(mission).free_area == pytest.approx(
+            fenced.sum() * 0.05**2
+        )
+
+
+def test_an_overlap_is_reached_as_beams_that_clear_see_it() -> None:
+    world, settings = make_world("outdoor", 1, 15.0, 15.0), MissionSettings(2, 8.0, overlap=(0.6, 0.8))
+    mission, _ = simulate(world, settings, 1, clear_range=12.0)
+    frame = true_raster(world).frame
+    assert 0.6 <= overlap(*(observed(truth, frame, 12.0) for truth in mission.robots)) <= 0.8
+    assert not 0.6 <= overlap(*(observed(truth, frame) for truth in mission.robots)) <= 0.8
 
 
 def test_coverage_grows_to_what_the_robots_observed(mission: Mission) -> None:
