@@ -31,7 +31,7 @@ SHOWN = 6.0
 
 def main(run: Path, out: Path) -> None:
     mission = load_mission(run / run_folder.MISSION_FOLDER)
-    lidar, truth = mission.settings.lidar.model, mission.robots[0]
+    lidar, truth = mission.settings.robots[0].lidar.model, mission.robots[0]
     figure = Figure(figsize=(15, 8.6), layout="constrained", dpi=100)
     panels = figure.subplots(2, 3, sharex="row", sharey="row")
     for (above, below), level in zip(panels.T, LEVELS, strict=True):
@@ -56,7 +56,8 @@ def draw_scan(axes: Axes, truth: RobotTruth, sensed: Sensed) -> None:
 
 def made_up(scan: LidarScan, replaced: np.ndarray) -> np.ndarray:
     """Where the readings ended that the noise made up, (N, 2)."""
-    return scan.points()[replaced[scan.returned]]
+    points: np.ndarray = scan.points()[replaced[scan.returned]]
+    return points
 
 
 def draw_map(axes: Axes, truth: RobotTruth, sensed: Sensed) -> None:
@@ -67,7 +68,8 @@ def draw_map(axes: Axes, truth: RobotTruth, sensed: Sensed) -> None:
     start = truth.trajectory.pose(0)
     axes.plot(*path(truth, start).T, "--", color=robot_colour(1), linewidth=1.0)
     axes.plot(*sensed.log.odometry.poses[:, :2].T, "-", color=robot_colour(0), linewidth=1.0)
-    axes.set_facecolor(tuple(level / 255 for level in UNKNOWN))
+    red, green, blue = (level / 255 for level in UNKNOWN)
+    axes.set_facecolor((red, green, blue))
     axes.tick_params(labelsize=7)
 
 

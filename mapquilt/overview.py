@@ -121,7 +121,7 @@ def _show_world(panel: Axes, mission: Mission) -> None:
         panel.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.1, label=f"robot_{index}")
         panel.plot(*path[0, :2], "o", color=colour, markersize=5, markeredgecolor="white")
     _frame_world(panel, mission)
-    panel.legend(fontsize=7, loc="upper right", framealpha=0.9, ncols=min(4, len(mission.robots)))
+    panel.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.06), frameon=False, ncols=4)
     _title(panel, f"{mission.world.name}: true paths, starts as dots [m]")
 
 
