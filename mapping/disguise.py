@@ -6,17 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
+from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.seeds import Role, stream
 from mapping.similarity2 import Similarity2
-
-LEAST_SAMPLES = 4
-"""Points a side at which a new cell looks up the old grid; more where new cells are larger."""
 
 
 @dataclass(frozen=True)
@@ -77,20 +73,18 @@ def _draw(rng: np.random.Generator, team: float, width: float, ranges: DisguiseR
 def disguise(grid: OccupancyGrid, start_from_map: Similarity2) -> OccupancyGrid:
     """The grid as a map with origin yaw 0 in the frame on the right of ``start_from_map``, at the stated resolution.
 
-    Cells keep the resolution that they state; their true size is ``start_from_map.scale`` times it. A new cell is
-    occupied if it holds the centre of an occupied cell or lies in occupied cells by half (so walls of one cell survive
-    coarser cells, and keep their width in finer ones), else unknown if it lies in unknown cells by more than half,
-    else free. Its log-odds are the mean over the samples of that kind.
+    Cells keep the resolution that they state; their true size is ``start_from_map.scale`` times it. What becomes of
+    their log-odds is told at :func:`mapping.resampling.resampled`.
 
     Raises ``ValueError`` where the grid knows no cell.
     """
     if not grid.known.any():
         raise ValueError("disguise: the grid knows no cell")
     frame = _bounding_frame(grid.frame, start_from_map)
-    samples = max(LEAST_SAMPLES, math.ceil(2.0 * start_from_map.scale * frame.resolution / grid.frame.resolution))
-    log_odds = _resample(grid.log_odds, _cell_affine(frame, start_from_map, grid.frame), samples, frame.shape)
-    _keep_walls(log_odds, grid, frame, start_from_map.inverse())
-    return _cut_to_known(frame, log_odds)
+    disguised = OccupancyGrid(frame, resampled(grid, start_from_map.inverse(), frame))
+    if not disguised.known.any():
+        raise ValueError("disguise: no known cell is left at this scale")
+    return disguised.cropped()
 
 
 def _bounding_frame(old: GridFrame, start_from_map: Similarity2) -> GridFrame:
@@ -100,60 +94,3 @@ def _bounding_frame(old: GridFrame, start_from_map: Similarity2) -> GridFrame:
     low, high = corners.min(axis=0), corners.max(axis=0)
     new_cols, new_rows = (int(n) for n in np.ceil((high - low) / old.resolution - 1e-9))
     return GridFrame(old.resolution, SE2(low[0], low[1], 0.0), (max(new_rows, 1), max(new_cols, 1)))
-
-
-def _cell_affine(new: GridFrame, start_from_map: Similarity2, old: GridFrame) -> NDArray[np.float64]:
-    """(2, 3) map from (x, y, 1) in cells of the new grid to x, y in cells of the old one."""
-    old_from_new = (
-        Similarity2.from_se2(old.origin, old.resolution).inverse()
-        @ start_from_map
-        @ Similarity2.from_se2(new.origin, new.resolution)
-    )
-    return old_from_new.matrix()
-
-
-@njit(cache=True)
-def _resample(
-    old: NDArray[np.float32], affine: NDArray[np.float64], samples: int, shape: tuple[int, int]
-) -> NDArray[np.float32]:
-    new = np.zeros(shape, np.float32)
-    for row in range(shape[0]):
-        for col in range(shape[1]):
-            occupied, free, sum_occupied, sum_free = 0, 0, 0.0, 0.0
-            for i in range(samples):
-                y = row + (i + 0.5) / samples
-                for j in range(samples):
-                    x = col + (j + 0.5) / samples
-                    c = math.floor(affine[0, 0] * x + affine[0, 1] * y + affine[0, 2])
-                    r = math.floor(affine[1, 0] * x + affine[1, 1] * y + affine[1, 2])
-                    if r < 0 or c < 0 or r >= old.shape[0] or c >= old.shape[1]:
-                        continue
-                    value = old[r, c]
-                    if value > 0.0:
-                        occupied, sum_occupied = occupied + 1, sum_occupied + value
-                    elif value < 0.0:
-                        free, sum_free = free + 1, sum_free + value
-            if 2 * occupied >= samples * samples:
-                new[row, col] = sum_occupied / occupied
-            elif free > 0 and 2 * (occupied + free) >= samples * samples:
-                new[row, col] = sum_free / free
-    return new
-
-
-def _keep_walls(
-    log_odds: NDArray[np.float32], old: OccupancyGrid, frame: GridFrame, map_from_start: Similarity2
-) -> None:
-    walls = np.argwhere(old.occupied)
-    cells = frame.cells_from_metres(map_from_start.apply(old.frame.metres_from_cells(walls)))
-    rows, cols = cells[:, 0].clip(0, frame.shape[0] - 1), cells[:, 1].clip(0, frame.shape[1] - 1)
-    np.maximum.at(log_odds, (rows, cols), old.log_odds[walls[:, 0], walls[:, 1]])
-
-
-def _cut_to_known(frame: GridFrame, log_odds: NDArray[np.float32]) -> OccupancyGrid:
-    known = log_odds != 0.0
-    rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-    if rows.size == 0:
-        raise ValueError("disguise: no known cell is left at this scale")
-    window = log_odds[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-    shift = SE2(float(cols[0]) * frame.resolution, float(rows[0]) * frame.resolution)
-    return OccupancyGrid(GridFrame(frame.resolution, frame.origin @ shift, (window.shape[0], window.shape[1])), window)

@@ -56,6 +56,12 @@ class GridFrame:
         inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.shape)), axis=-1)
         return inside
 
+    def window(self, corner: tuple[int, int], shape: tuple[int, int]) -> GridFrame:
+        """The raster of ``shape`` (rows, cols) on the same cells whose first is ``corner`` (row, col) of this one."""
+        row, col = corner
+        moved = self.origin @ SE2(col * self.resolution, row * self.resolution)
+        return GridFrame(self.resolution, moved, shape)
+
     def metre_from_pixel(self) -> NDArray[np.float64]:
         """The (3, 3) affine map from pixel (u, v, 1), centres at integers and v down, to metre (x, y, 1).
 

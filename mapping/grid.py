@@ -56,6 +56,15 @@ class OccupancyGrid:
     def known(self) -> NDArray[np.bool_]:
         return np.not_equal(self.log_odds, 0.0)
 
+    def cropped(self, margin: int = 0) -> OccupancyGrid:
+        """The box of the known cells with ``margin`` cells around it, unknown where the raster ends; cells and metres
+        stay where they are. A grid that knows nothing keeps one cell and its margin."""
+        known = self.known
+        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+        low, left, high, right = (rows[0], cols[0], rows[-1], cols[-1]) if rows.size else (0, 0, 0, 0)
+        box = np.pad(self.log_odds[low : high + 1, left : right + 1], margin)
+        return OccupancyGrid(self.frame.window((int(low) - margin, int(left) - margin), box.shape), box)
+
     def occupancy(self) -> NDArray[np.int8]:
         """The trinary map (rows, cols) int8 as nav_msgs/OccupancyGrid has it: 100, 0 or -1, row 0 lowest."""
         values = np.full(self.frame.shape, UNKNOWN, dtype=np.int8)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
+from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 
@@ -23,14 +24,14 @@ def fuse(reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]
     """Add up the log-odds of maps, each with its ``reference_from_map``, in the reference's frame and resolution.
 
     Independent evidence adds in log-odds (Moravec 1988). The grid is the reference's, with its cells and its origin's
-    yaw, grown by whole cells to hold all maps. Each of its cells asks, in every map, the cell that holds its centre;
-    a map finer than the reference is thereby thinned.
+    yaw, grown by whole cells to hold all maps; each map is looked up there by :func:`mapping.resampling.resampled`, so
+    that thin walls of finer maps stay.
     """
     frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
     total = np.zeros(frame.shape, dtype=np.float32)
     known = np.zeros(frame.shape, dtype=bool)
     for reference_from_map, grid in grids:
-        seen = _looked_up(frame, reference_from_map, grid)
+        seen = resampled(grid, reference_from_map, frame)
         total += seen
         known |= seen != 0.0
     total[known & (total == 0.0)] = SMALLEST_MISS
@@ -51,13 +52,3 @@ def _grown(reference: GridFrame, corners: Sequence[NDArray[np.float64]]) -> Grid
     right, high = max(cols, right), max(rows, high)
     corner = reference.origin @ SE2(left * reference.resolution, low * reference.resolution)
     return GridFrame(reference.resolution, corner, (high - low, right - left))
-
-
-def _looked_up(frame: GridFrame, reference_from_map: Similarity2, grid: OccupancyGrid) -> NDArray[np.float32]:
-    cells = np.indices(frame.shape).reshape(2, -1).T
-    points = reference_from_map.inverse().apply(frame.metres_from_cells(cells))
-    source = grid.frame.cells_from_metres(points)
-    inside = grid.frame.contains(source)
-    values = np.zeros(len(cells), dtype=np.float32)
-    values[inside] = grid.log_odds[source[inside, 0], source[inside, 1]]
-    return values.reshape(frame.shape)

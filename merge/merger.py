@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -24,6 +24,9 @@ from merge.proposer import Proposer
 from merge.result import MergeResult, PairResult
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
+
+MARGIN_CELLS = 32
+"""Unknown cells around a map's known part, so that features at its rim are found whatever raster it came in."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of pairs done and the number of pairs."""
@@ -51,14 +54,15 @@ def merge_maps(
     for done, (target, source) in enumerate(indices, start=1):
         in_cells = scale.times(_cells_per_cell(maps, target, source))
         answer = _answer(sheets[target], sheets[source], in_cells, proposer, seed)
-        pairs.append(_pair_result(maps, target, source, answer))
+        pairs.append(_pair_result(maps, target, source, answer, sheets))
         if on_progress is not None:
             on_progress(done, len(indices))
     return _joined(maps, tuple(pairs))
 
 
 def _sheet(grid: OccupancyGrid, proposer: Proposer[Any]) -> Sheet:
-    chart = Chart.of(grid)
+    in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds)
+    chart = Chart.of(in_cells.cropped(MARGIN_CELLS))
     return Sheet(chart, proposer.describe(chart))
 
 
@@ -81,8 +85,12 @@ def _order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
     return grid.frame.shape, grid.log_odds.tobytes()
 
 
-def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer) -> PairResult:
-    metric, pixels = _placed(maps.grids[target].frame, answer.target_from_source, maps.grids[source].frame)
+def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer, sheets: Sequence[Sheet]) -> PairResult:
+    metric, pixels = None, None
+    if answer.target_from_source is not None:
+        frames = maps.grids[target].frame, maps.grids[source].frame
+        pixels = _pixels(sheets[target], answer.target_from_source, sheets[source], frames)
+        metric = similarity_from_pixels(frames[0], pixels, frames[1])
     return PairResult(
         target=maps.names[target],
         source=maps.names[source],
@@ -96,28 +104,23 @@ def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer) -> 
     )
 
 
-def _placed(
-    target: GridFrame, cells: Similarity2 | None, source: GridFrame
-) -> tuple[Similarity2 | None, NDArray[np.float64] | None]:
-    if cells is None:
-        return None, None
-    pixels = pixel_matrix(_bare(target), cells, _bare(source))
-    return similarity_from_pixels(target, pixels, source), pixels
-
-
-def _bare(frame: GridFrame) -> GridFrame:
-    return GridFrame(1.0, SE2.identity(), frame.shape)
+def _pixels(
+    target: Sheet, cells: Similarity2, source: Sheet, frames: tuple[GridFrame, GridFrame]
+) -> NDArray[np.float64]:
+    corners = [Similarity2.from_se2(sheet.chart.grid.frame.origin) for sheet in (target, source)]
+    bare = [GridFrame(1.0, SE2.identity(), frame.shape) for frame in frames]
+    return pixel_matrix(bare[0], corners[0] @ cells @ corners[1].inverse(), bare[1])
 
 
 def _joined(maps: MapSet, pairs: tuple[PairResult, ...]) -> MergeResult:
     grid_of = dict(zip(maps.names, maps.grids, strict=True))
     frames = one_frame({name: int(np.count_nonzero(grid.known)) for name, grid in grid_of.items()}, pairs)
-    placed = [(transform, grid_of[name]) for name, transform in frames.reference_from_map.items()]
+    placed = [(transform, grid_of[name].cropped()) for name, transform in frames.reference_from_map.items()]
     return MergeResult(
         names=maps.names,
         pairs=pairs,
         reference=frames.reference,
         reference_from_map=frames.reference_from_map,
         left_out=frames.left_out,
-        merged=fuse(grid_of[frames.reference].frame, placed),
+        merged=fuse(grid_of[frames.reference].cropped().frame, placed),
     )

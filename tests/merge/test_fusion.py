@@ -68,3 +68,15 @@ def test_log_odds_add_by_value():
     fused = fuse(FRAME, [(SELF, GRID), (SELF, weak)])
     assert fused.log_odds[0, 0] == pytest.approx(math.log(9.0) - 0.5)
     assert fused.log_odds[0, 2] == pytest.approx(-0.5)
+
+
+def test_a_thin_wall_of_a_finer_map_stays_whole():
+    """A wall of one cell of 0.02 m, slanted, in a map of 0.1 m cells: every new cell that it runs through keeps it."""
+    fine = np.zeros((200, 200), int)
+    fine[np.arange(200), (np.arange(200) * 0.37 + 40).astype(int)] = 100
+    grid = OccupancyGrid.from_occupancy(GridFrame(0.02, SE2(), (200, 200)), fine)
+    reference = OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(), (40, 40)), np.full((40, 40), -1))
+    fused = fuse(reference.frame, [(SELF, reference), (SELF, grid)])
+    cells = fused.frame.cells_from_metres(grid.frame.metres_from_cells(np.argwhere(grid.occupied)))
+    assert fused.occupied[cells[:, 0], cells[:, 1]].all()
+    assert fused.occupied.sum() < 2.5 * 40

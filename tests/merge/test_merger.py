@@ -193,9 +193,8 @@ def test_maps_of_two_places_are_refused_with_a_reason(seed):
     assert not pair.accepted and pair.reason and pair.confidence < 0.5
     assert len(result.left_out) == 1
     assert (pair.target_from_source is None) == (pair.evidence is None)
-    np.testing.assert_array_equal(
-        result.merged.log_odds, first.log_odds if result.reference == "a" else second.log_odds
-    )
+    alone = first if result.reference == "a" else second
+    np.testing.assert_array_equal(result.merged.log_odds, alone.cropped().log_odds)
 
 
 def bare(values):
@@ -281,4 +280,18 @@ def test_one_map_alone_is_its_own_merge(known):
     grid = known[0].grids[0]
     result = quilted(map_set((grid,)))
     assert (result.pairs, result.reference) == ((), "a")
-    np.testing.assert_array_equal(result.merged.log_odds, grid.log_odds)
+    np.testing.assert_array_equal(result.merged.log_odds, grid.cropped().log_odds)
+    assert result.merged.frame == grid.cropped().frame
+
+
+def test_unknown_cells_around_a_map_change_nothing(known):
+    """A map that a mapper keeps in a large raster is the same map, and its answer costs and says the same."""
+    maps, _, before = known
+    wide = [np.pad(grid.log_odds, ((700, 3), (0, 900))) for grid in maps.grids]
+    frames = [grid.frame.window((-700, 0), log_odds.shape) for grid, log_odds in zip(maps.grids, wide, strict=True)]
+    result = quilted(map_set([OccupancyGrid(f, w) for f, w in zip(frames, wide, strict=True)]))
+    assert result.pairs[0].evidence == before.pairs[0].evidence
+    assert result.merged.frame.shape == before.merged.frame.shape
+    np.testing.assert_allclose(
+        result.pairs[0].target_from_source.matrix(), before.pairs[0].target_from_source.matrix(), atol=1e-9
+    )
