@@ -59,7 +59,7 @@ def bench_main_job(run: Path) -> Mission:
     simulate_run(run, make_world("office", SEED), MissionSettings(duration=DURATION), settings, SEED)
     merge_run(run, MergeSettings(), seed=0)
     score_run(run)
-    timings = run_folder.read_timings(run / run_folder.TIMINGS_FILE)
+    timings = run_folder.read_timings(run)
     table = _table(f"main job: office, 3 robots, {DURATION:g} s, 360 beams at 10 Hz, 5 cm", "stage", "s", "share")
     steps = {
         f"{stage}: {step}": seconds

@@ -19,6 +19,7 @@ from mapquilt.dataset.command import app as dataset_app
 from mapquilt.lidar_table import lidar_table
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
+from mapquilt.merge_folder import refuse_merge, write_merge
 from mapquilt.mission_options import (
     GoalOption,
     MissionOptions,
@@ -31,7 +32,7 @@ from mapquilt.mission_options import (
 from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
-from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run, write_merge
+from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run
 from mapquilt.sample import Poses, SampleSettings, disguise_ranges
 from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
@@ -57,7 +58,17 @@ app = typer.Typer(
 
 app.add_typer(worlds_app, name="worlds")
 
-Out = Annotated[Path, typer.Option("--out", help="Run folder to write; a run of mapquilt's there is replaced.")]
+
+def folder(text: str) -> Path:
+    """A folder's name. An empty one, as of a variable that is not set, would be the folder that one is in."""
+    if not text:
+        raise typer.BadParameter("it names no folder")
+    return Path(text)
+
+
+Out = Annotated[
+    Path, typer.Option("--out", parser=folder, help="Run folder to write; a run of mapquilt's there is replaced.")
+]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that `simulate` or `sense` wrote.")]
 Noise = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 a decent robot, 3 a bad one.")]
 SetOption = Annotated[
@@ -187,7 +198,10 @@ def merge(
         str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
     ] = "auto",
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder for merged map and picture; a run gets them itself.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(parser=folder, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
+    ] = None,
     unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
@@ -203,6 +217,8 @@ def merge(
             result = merge_run(maps[0], settings, seed, on_progress)
     else:
         loaded, warnings = load_map_files(maps, unknown)
+        if out is not None:
+            refuse_merge(out, maps)
         _warn(warnings)
         with count_progress("merging pairs") as on_progress:
             result = merge_maps(loaded, settings, seed, on_progress)

@@ -9,9 +9,10 @@ from typing import Literal
 from mapping.atomic import write_bytes_aside
 from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map, save_map
-from mapping.map_yaml import Mode, image_path, read_map_yaml
+from mapping.map_yaml import Mode
 from mapping.occupancy_grey import picture_of_grid
 from mapping.picture import picture_bytes
+from mapquilt.spare_maps import spare_maps
 
 PictureKind = Literal["pgm", "png"]
 
@@ -31,7 +32,7 @@ def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: int | None) -
     loaded = load_map(source, unknown_grey=unknown_grey)
     if not out.parent.is_dir():
         raise ValueError(f"{out.parent}: no such folder")
-    _spare_source(source, out, kind)
+    spare_maps(out, (source,), (out.with_suffix(".yaml"), out.with_suffix(f".{kind}")))
     if loaded.unit == "cell":
         _save_bare(source, loaded.grid, out, mode, kind)
     else:
@@ -47,15 +48,6 @@ def _picture_kind(out: Path, mode: Mode) -> PictureKind:
     if out.suffix == ".pgm" and mode == "scale":
         raise ValueError(f"{out}: a PGM cannot hold what is unknown in scale mode; write a .png")
     return "png" if out.suffix == ".png" else "pgm"
-
-
-def _spare_source(source: Path, out: Path, kind: PictureKind) -> None:
-    sources = [source]
-    if source.suffix.lower() in (".yaml", ".yml"):
-        sources.append(image_path(source, read_map_yaml(source)[0]))
-    for written in (out.with_suffix(".yaml"), out.with_suffix(f".{kind}")):
-        if any(written.exists() and written.samefile(each) for each in sources):
-            raise ValueError(f"{out}: would replace {written}, which is read; give the new map another name")
 
 
 def _save_bare(source: Path, grid: OccupancyGrid, out: Path, mode: Mode, kind: PictureKind) -> None:

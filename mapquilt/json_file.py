@@ -22,8 +22,13 @@ def _validator(kind: str) -> jsonschema.Draft202012Validator:
 
 def write_record(path: Path, kind: str, record: dict[str, Any]) -> None:
     """Write ``record`` aside and rename it into place, once it has been checked against the schema of its kind."""
+    write_bytes_aside(path, record_bytes(path, kind, record))
+
+
+def record_bytes(path: Path, kind: str, record: dict[str, Any]) -> bytes:
+    """What the file holds, once the record has been checked against the schema of its kind."""
     check_record(path, kind, record)
-    write_bytes_aside(path, to_text(record).encode())
+    return to_text(record).encode()
 
 
 def to_text(record: dict[str, Any]) -> str:

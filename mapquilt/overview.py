@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,22 +11,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon as Outline
 from matplotlib.transforms import Affine2D
 
-from mapping.atomic import write_bytes_aside
 from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
 from mapquilt.palette import FENCE, INK, TRUE_WALL, picture, robot_colour
-from mapquilt.png import figure_png
 from mapquilt.truth_file import RunTruth
 from sim.mission import Mission
 
 COLUMNS = 3
 PANEL_INCHES = (5.0, 4.2)
-
-
-def draw_merge(path: Path, maps: MapSet, merged: OccupancyGrid, reference_from_map: dict[str, Similarity2]) -> None:
-    """Write :func:`merge_figure` as PNG."""
-    write_bytes_aside(path, figure_png(merge_figure(maps, merged, reference_from_map)))
 
 
 def merge_figure(maps: MapSet, merged: OccupancyGrid, reference_from_map: dict[str, Similarity2]) -> Figure:
@@ -40,20 +32,6 @@ def merge_figure(maps: MapSet, merged: OccupancyGrid, reference_from_map: dict[s
         verdict = "" if name in reference_from_map else " (not merged)"
         _show_grid(panels[index + 1], maps.grids[index], name + verdict, robot_colour(index))
     return figure
-
-
-def draw_overview(
-    path: Path,
-    mission: Mission,
-    maps: MapSet,
-    truth: RunTruth,
-    merged: OccupancyGrid,
-    reference: str,
-    reference_from_map: dict[str, Similarity2],
-) -> None:
-    """Write :func:`overview_figure` as PNG."""
-    figure = overview_figure(mission, maps, truth, merged, reference, reference_from_map)
-    write_bytes_aside(path, figure_png(figure))
 
 
 def overview_figure(

@@ -14,15 +14,14 @@ timings.json         seconds; all that differs between two runs of one seed
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from mapping.atomic import folder_aside, write_bytes_aside
+from mapping.atomic import folder_aside, write_files_aside
 from mapping.map_file import load_map
 from mapping.map_set import MapSet
-from mapquilt.json_file import read_record, to_text
+from mapquilt.json_file import read_record, record_bytes
 
 RUN_FILE = "run.json"
 MAPS_FILE = "maps.json"
@@ -39,22 +38,27 @@ MERGED_NAME = "merged"
 MERGE_PICTURE = "merge.png"
 OVERVIEW_PICTURE = "overview.png"
 
+Timings = dict[str, dict[str, float]]
+"""Seconds by stage and step."""
+
 
 def is_run(folder: Path) -> bool:
     """Whether mapquilt wrote this folder as a run."""
     return (folder / RUN_FILE).is_file()
 
 
-def refuse_foreign(folder: Path) -> None:
-    """Raise ``ValueError`` where writing a run there would overwrite what mapquilt did not write."""
+def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
+    """Raise ``ValueError`` where writing there would overwrite what mapquilt did not write: a folder that is not
+    empty must hold the record ``mark``, of a run or of a merge."""
     if not folder.exists():
         return
+    kind = Path(mark).stem
     if not folder.is_dir():
         raise ValueError(f"{folder}: exists and is not a folder")
-    if any(folder.iterdir()) and not is_run(folder):
-        raise ValueError(f"{folder}: is not empty and not a run of mapquilt; refusing to replace it")
-    if is_run(folder):
-        read_record(folder / RUN_FILE, "run")
+    if (folder / mark).is_file():
+        read_record(folder / mark, kind)
+    elif any(folder.iterdir()):
+        raise ValueError(f"{folder}: is not empty and not a {kind} of mapquilt; refusing to replace it")
 
 
 @contextmanager
@@ -107,20 +111,22 @@ def load_maps(folder: Path) -> MapSet:
 
 def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:
     """Note what a stage took, beside the stages before it."""
+    write_files_aside(timings_file(folder, read_timings(folder), stage, seconds))
+
+
+def timings_file(folder: Path, before: Timings, stage: str, seconds: Mapping[str, float]) -> dict[Path, bytes]:
+    """A run's timings with those of one more stage, as bytes."""
+    timings = {**before, stage: {name: round(value, 4) for name, value in seconds.items()}}
     path = folder / TIMINGS_FILE
-    timings = read_timings(path) if path.exists() else {}
-    timings[stage] = {name: round(value, 4) for name, value in seconds.items()}
-    write_bytes_aside(path, to_text({"unit": "s", **timings}).encode())
+    return {path: record_bytes(path, "timings", {"unit": "s", **timings})}
 
 
-def read_timings(path: Path) -> dict[str, dict[str, float]]:
-    """Seconds by stage and step.
+def read_timings(folder: Path) -> Timings:
+    """A run's timings, empty where there are none.
 
-    Raises ``ValueError`` naming a file that is not JSON, ``OSError`` where it cannot be read.
+    Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
     """
-    try:
-        timings = dict(json.loads(path.read_text(encoding="utf-8")))
-    except ValueError as error:
-        raise ValueError(f"{path}: not JSON: {error}") from None
+    path = folder / TIMINGS_FILE
+    timings = read_record(path, "timings") if path.exists() else {}
     timings.pop("unit", None)
     return timings

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from mapping.map_set import MapSet
 from mapping.truth import PairTruth
-from mapquilt.json_file import write_record
+from mapquilt.json_file import record_bytes
 from mapquilt.merge_file import MergeAnswer, PairAnswer
 from mapquilt.score import RIGHT, THESIS, TransformError, known_diagonal, transform_error
 from mapquilt.truth_file import RunTruth
@@ -107,6 +107,7 @@ def _bent(pair: PairTruth, allowed: float) -> bool | None:
     return None if pair.residual is None else pair.residual > allowed / 2.0
 
 
-def save_score(path: Path, score: RunScore) -> None:
+def score_bytes(path: Path, score: RunScore) -> bytes:
+    """What score.json holds."""
     pairs: list[dict[str, Any]] = [{**dataclasses.asdict(pair), "outcome": pair.outcome} for pair in score.pairs]
-    write_record(path, "score", {"schema": SCHEMA, "pairs": pairs, "summary": score.summary()})
+    return record_bytes(path, "score", {"schema": SCHEMA, "pairs": pairs, "summary": score.summary()})

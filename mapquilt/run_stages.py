@@ -7,15 +7,17 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from mapping.map_file import load_map, save_map
-from mapping.map_set import MapSet
+from mapping.atomic import write_files_aside
+from mapping.map_file import load_map
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
 from mapquilt.coverage_file import write_coverage
-from mapquilt.json_file import read_record, write_record
-from mapquilt.merge_file import load_answer, merge_record
-from mapquilt.overview import draw_merge, draw_overview
-from mapquilt.run_score import RunScore, save_score, score_answer
+from mapquilt.json_file import read_record
+from mapquilt.merge_file import load_answer
+from mapquilt.merge_folder import merge_files
+from mapquilt.overview import overview_figure
+from mapquilt.png import figure_png
+from mapquilt.run_score import RunScore, score_answer, score_bytes
 from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, SampleSettings, make_sample
 from mapquilt.truth_file import load_truth
@@ -71,49 +73,39 @@ def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: di
 
 
 def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:
-    """Merge a run's maps, from the map files alone, and write the answer beside them."""
-    maps = run_folder.load_maps(run)
+    """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
+
+    The score of an older answer is deleted.
+    """
+    maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
     start = time.perf_counter()
     result = merge_maps(maps, settings, seed, on_progress)
     merged = time.perf_counter() - start
+    files = merge_files(run, maps, settings, seed, result)
+    seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
+    write_files_aside(files | run_folder.timings_file(run, timings, "merge", seconds))
     for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
         (run / stale).unlink(missing_ok=True)
-    write_merge(run, maps, settings, seed, result)
-    drawn = time.perf_counter() - start - merged
-    run_folder.add_timings(run, "merge", {"merge": merged, "write_and_draw": drawn})
     return result
 
 
-def write_merge(folder: Path, maps: MapSet, settings: MergeSettings, seed: int, result: MergeResult) -> None:
-    """Write merged.pgm, merged.yaml, merge.png and merge.json into a folder, which is made if it is missing."""
-    folder.mkdir(parents=True, exist_ok=True)
-    save_map(result.merged, folder / run_folder.MERGED_NAME)
-    draw_merge(folder / run_folder.MERGE_PICTURE, maps, result.merged, dict(result.reference_from_map))
-    write_record(folder / run_folder.MERGE_FILE, "merge", merge_record(maps, settings, seed, result))
-
-
 def score_run(run: Path) -> RunScore:
-    """Compare a run's answer with its truth, write score.json and draw the overview."""
-    maps = run_folder.load_maps(run)
+    """Compare a run's answer with its truth, and write score.json and overview.png, or neither."""
+    maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
     merge_path = run / run_folder.MERGE_FILE
     if not merge_path.exists():
         raise ValueError(f"{merge_path}: no such file; run `mapquilt merge {run}` first")
     answer, truth = load_answer(merge_path), load_truth(run / run_folder.TRUTH_FILE)
     start = time.perf_counter()
     score = score_answer(maps, truth, answer)
-    save_score(run / run_folder.SCORE_FILE, score)
     scored = time.perf_counter() - start
-    draw_overview(
-        run / run_folder.OVERVIEW_PICTURE,
-        load_mission(run_folder.mission_folder(run)),
-        maps,
-        truth,
-        load_map(run / f"{run_folder.MERGED_NAME}.yaml").grid,
-        answer.reference,
-        answer.reference_from_map,
-    )
-    drawn = time.perf_counter() - start - scored
-    run_folder.add_timings(run, "score", {"score": scored, "draw": drawn})
+    mission = load_mission(run_folder.mission_folder(run))
+    merged = load_map(run / f"{run_folder.MERGED_NAME}.yaml").grid
+    figure = overview_figure(mission, maps, truth, merged, answer.reference, answer.reference_from_map)
+    score_path = run / run_folder.SCORE_FILE
+    files = {score_path: score_bytes(score_path, score), run / run_folder.OVERVIEW_PICTURE: figure_png(figure)}
+    seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
+    write_files_aside(files | run_folder.timings_file(run, timings, "score", seconds))
     return score
 
 

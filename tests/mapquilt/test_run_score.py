@@ -15,7 +15,7 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapping.truth import MapTruth, PairPlaces, PairTruth
 from mapquilt.merge_file import MergeAnswer, PairAnswer
-from mapquilt.run_score import save_score, score_answer
+from mapquilt.run_score import score_answer, score_bytes
 from mapquilt.tables import print_table, score_table
 from mapquilt.truth_file import RobotOrigin, RunTruth
 
@@ -59,8 +59,7 @@ RIGHT, WRONG = Similarity2(0.01), Similarity2(1.0)
 def test_a_refusal_is_right_where_there_is_not_one_right_answer(accepted, answer, places, outcome, tmp_path, capsys):
     score = scored(accepted, answer, places)
     assert score.pairs[0].outcome == outcome
-    save_score(tmp_path / "score.json", score)
-    record = json.loads((tmp_path / "score.json").read_text())
+    record = json.loads(score_bytes(tmp_path / "score.json", score))
     assert record["pairs"][0]["outcome"] == outcome
     counted = {"right": "right_and_accepted", "wrong": "wrong_accepts"}.get(outcome, outcome.replace(" ", "_"))
     kinds = ("right_and_accepted", "wrong_accepts", "missed", "rightly_refused")
