@@ -61,7 +61,7 @@ def draw_world(panel: Axes, world: World) -> None:
     width, height = world.size
     panel.set_aspect("equal")
     panel.add_patch(Outline([(0, 0), (width, 0), (width, height), (0, height)], facecolor="white", edgecolor="#d0d4d9"))
-    panel.add_collection(PolyCollection(world.obstacles, facecolors=SOLID, edgecolors=SOLID, linewidths=0.2))
+    panel.add_collection(PolyCollection(world.obstacles, facecolors=SOLID, edgecolors=SOLID, linewidths=0.6))
     if world.fence is not None:
         panel.add_patch(Outline(world.fence, fill=False, edgecolor=FENCE, linestyle="--", linewidth=1.2))
     margin = 0.01 * max(width, height)

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from mapping.se2 import SE2
 from mapping.seeds import Role, stream
-from mapping.trajectory import Trajectory
 from sim.explore import Exploration
 from sim.mission_settings import MissionSettings
 from sim.pilot import Pilot, Policy
@@ -43,22 +40,3 @@ def _tours(world: World, settings: MissionSettings, starts: Sequence[SE2], seed:
         Tour(plan, settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius), rank)
         for rank, (robot, start) in enumerate(zip(settings.robots, starts, strict=True))
     ]
-
-
-def check_replay(world: World, settings: MissionSettings, paths: Sequence[Trajectory]) -> None:
-    """Raise ``ValueError`` where there is not one trajectory a robot, or where and when one leaves the free floor."""
-    if (settings.policy == "replay") != bool(paths):
-        raise ValueError(f"policy is {settings.policy}, but {len(paths)} trajectories to replay were given")
-    if paths and len(paths) != len(settings.robots):
-        raise ValueError(f"{len(paths)} trajectories to replay, but {len(settings.robots)} robots")
-    for index, path in enumerate(paths):
-        places = path.poses[:, :2]
-        inside = np.asarray(((places >= 0.0) & (places <= np.array(world.size))).all(axis=1))
-        blocked = np.flatnonzero(~inside | (world.clearance(places) <= 0.0))
-        if blocked.size:
-            k = int(blocked[0])
-            where = "in a wall" if inside[k] else "outside"
-            raise ValueError(
-                f"replay of robot_{index}: at {path.stamps[k]:g} s, ({places[k, 0]:g}, {places[k, 1]:g}), it is "
-                f"{where} of world {world.name!r}"
-            )

@@ -11,10 +11,11 @@ from mapping.seeds import Role, stream
 from mapping.trajectory import Trajectory
 from mapping.truth import TRUE_RESOLUTION
 from sim.bullet import BulletScene
-from sim.crew import check_replay, make_pilots
+from sim.crew import make_pilots
 from sim.mission_settings import MissionSettings
 from sim.overlap import attempts, overlap_cut
-from sim.running import Driven, Mover, Replayed, run_team
+from sim.replay import Replayed, check_replay
+from sim.running import Driven, Mover, run_team
 from sim.starts import choose_starts
 from sim.stopwatch import Stopwatch
 from worlds.raster import true_raster

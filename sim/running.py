@@ -60,29 +60,6 @@ class Driven:
         return self._drivers[robot].command(scan, world_from_base)
 
 
-class Replayed:
-    """Bodies stand where trajectories, world_from_base of each robot, say; beyond their ends they stand still."""
-
-    def __init__(self, scene: BulletScene, paths: Sequence[Trajectory], stopwatch: Stopwatch) -> None:
-        self._scene, self._stopwatch = scene, stopwatch
-        self._stamps = [path.stamps - path.stamps[0] for path in paths]
-        self._poses = [np.column_stack((path.poses[:, :2], np.unwrap(path.poses[:, 2]))) for path in paths]
-
-    def advance(self, start: float, seconds: float, commands: Sequence[Command]) -> NDArray[np.bool_]:
-        """Put the bodies where they are at the end of that time."""
-        with self._stopwatch.on("physics"):
-            return self._scene.place([self._pose(robot, start + seconds) for robot in range(len(self._poses))])
-
-    def decide(self, robot: int, scan: LidarScan, world_from_base: SE2) -> Command:
-        """Nothing to decide."""
-        return 0.0, 0.0
-
-    def _pose(self, robot: int, time: float) -> SE2:
-        stamps, poses = self._stamps[robot], self._poses[robot]
-        x, y, yaw = (float(np.interp(time, stamps, poses[:, axis])) for axis in range(3))
-        return SE2(x, y, math.remainder(yaw, math.tau))
-
-
 class Recorder:
     """Collects what happens to one robot."""
 

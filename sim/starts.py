@@ -75,13 +75,15 @@ def check_starts(world: World, robots: Sequence[RobotSettings]) -> None:
     given = [(index, robot, robot.start) for index, robot in enumerate(robots) if robot.start is not None]
     for index, robot, start in given:
         told = f"start {index} at ({start.x:g}, {start.y:g})"
-        if not (0.0 <= start.x <= world.size[0] and 0.0 <= start.y <= world.size[1]):
-            raise ValueError(f"{told} is outside world {world.name!r} of {world.size[0]:g} x {world.size[1]:g} m")
+        fault = world.fault_at(start.x, start.y)
+        if fault is not None:
+            raise ValueError(f"{told} is {fault}")
         gap = float(world.clearance([(start.x, start.y)])[0])
         if gap <= robot.radius:
-            solid = "in a wall" if world.fence is None else "in a wall or outside the fence"
-            where = f"is {solid}" if gap <= 0.0 else f"is {gap:.2f} m from a wall"
-            raise ValueError(f"{told} {where} of world {world.name!r}, but the robot's radius is {robot.radius:g} m")
+            raise ValueError(
+                f"{told} is {gap:.2f} m from {world.bounds} of world {world.name!r}, but the robot's radius is "
+                f"{robot.radius:g} m"
+            )
         for other_index, other, at in given[:index]:
             distance = math.dist((start.x, start.y), (at.x, at.y))
             if other_index < index and distance <= robot.radius + other.radius:

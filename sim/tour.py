@@ -79,15 +79,14 @@ def check_goals(world: World, goals: Sequence[Goal], starts: Sequence[SE2], radi
     reached = {int(floor.part[cell]) for cell in _cells(floor.part, floor.frame.cells_from_metres(_places(starts)))}
     for index, (x, y) in enumerate(goals):
         told = f"goal {index} at ({x:g}, {y:g})"
-        if not (0.0 <= x <= world.size[0] and 0.0 <= y <= world.size[1]):
-            raise ValueError(f"{told} is outside world {world.name!r} of {world.size[0]:g} x {world.size[1]:g} m")
-        gap = float(world.clearance([(x, y)])[0])
+        fault = world.fault_at(x, y)
+        if fault is not None:
+            raise ValueError(f"{told} is {fault}")
         (cell,) = _cells(floor.part, floor.frame.cells_from_metres([(x, y)]))
-        if gap <= 0.0:
-            raise ValueError(f"{told} is in a wall of world {world.name!r}")
         if floor.part[cell] == 0:
             raise ValueError(
-                f"{told} is {gap:.2f} m from a wall of world {world.name!r}: too narrow for a radius of {radius:g} m"
+                f"{told} is {world.clearance([(x, y)])[0]:.2f} m from {world.bounds} of world {world.name!r}: too "
+                f"narrow for a radius of {radius:g} m"
             )
         if reached - {0} and int(floor.part[cell]) not in reached:
             raise ValueError(f"{told} is in a part of world {world.name!r} that no robot starts in")

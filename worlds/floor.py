@@ -101,10 +101,10 @@ def _require_closed(world: World, floor: Floor) -> None:
 
 def _require_clear_starts(world: World) -> None:
     for index, start in enumerate(world.starts):
+        fault = world.fault_at(start.x, start.y)
+        if fault is not None:
+            raise ValueError(f"start {index} at ({start.x:g}, {start.y:g}) is {fault}")
         gap = world.clearance([(start.x, start.y)])[0]
-        if gap <= 0.0:
-            outside = "outside the fence or " if world.fence is not None else ""
-            raise ValueError(f"world {world.name!r}: start {index} at ({start.x:g}, {start.y:g}) is {outside}in a wall")
         if gap < CLEAR:
             raise ValueError(
                 f"world {world.name!r}: start {index} at ({start.x:g}, {start.y:g}) stands {gap:.2f} m clear of the "

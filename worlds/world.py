@@ -72,6 +72,11 @@ class World:
     def _polygons(self) -> tuple[Polygon, ...]:
         return self.obstacles if self.fence is None else (*self.obstacles, self.fence)
 
+    @property
+    def bounds(self) -> str:
+        """What keeps robots in, in words."""
+        return "a wall" if self.fence is None else "a solid or the fence"
+
     def segments(self) -> NDArray[np.float64]:
         """The sides of all obstacles [m], (M, 2, 2)."""
         if not self.obstacles:
@@ -90,6 +95,17 @@ class World:
         if self.fence is not None:
             gap[~contains(self.fence, rows)] = 0.0
         return gap
+
+    def fault_at(self, x: float, y: float) -> str | None:
+        """Why no robot's centre can be at a point [m], in words that follow "is"; None where one can."""
+        width, height = self.size
+        if not (0.0 <= x <= width and 0.0 <= y <= height):
+            return f"outside world {self.name!r} of {width:g} x {height:g} m"
+        if self.fence is not None and not contains(self.fence, [(x, y)])[0]:
+            return f"outside the fence of world {self.name!r}"
+        if self.clearance([(x, y)])[0] <= 0.0:
+            return f"in a wall of world {self.name!r}"
+        return None
 
     def _in_solid(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         within = np.zeros(len(points), dtype=np.bool_)

@@ -86,11 +86,20 @@ def test_a_replay_goes_between_poses_the_short_way_and_stands_at_its_end(two_roo
     assert poses[-1] == pytest.approx((2.0, 1.0, -math.pi + 0.1))
 
 
+def test_a_replay_of_one_pose_stands_there(two_rooms: World) -> None:
+    path = Trajectory(np.array((5.0,)), np.array(((1.0, 1.0, 0.5),)))
+    mission, _ = simulate(two_rooms, MissionSettings(1, 1.0, policy="replay"), 0, replay=[path])
+    assert mission.robots[0].trajectory.poses == pytest.approx(np.tile((1.0, 1.0, 0.5), (11, 1)))
+
+
 def test_a_replay_through_a_wall_is_refused_with_when_and_where(two_rooms: World) -> None:
     path = Trajectory(np.arange(3.0), np.array(((3.0, 1.0, 0.0), (4.1, 1.0, 0.0), (5.0, 1.0, 0.0))))
     settings = MissionSettings(1, 2.0, policy="replay")
     with pytest.raises(ValueError, match=r"replay of robot_0: at 1 s, \(4.1, 1\), it is in a wall"):
         simulate(two_rooms, settings, 0, replay=[path])
+    leap = Trajectory(np.arange(2.0), np.array(((3.0, 1.0, 0.0), (5.0, 1.0, 0.0))))
+    with pytest.raises(ValueError, match=r"replay of robot_0: at 0.5 s, \(4, 1\), it is in a wall"):
+        simulate(two_rooms, settings, 0, replay=[leap])
     with pytest.raises(ValueError, match="1 trajectories to replay, but 2 robots"):
         simulate(two_rooms, MissionSettings(2, 2.0, policy="replay"), 0, replay=[path])
     with pytest.raises(ValueError, match="policy is replay, but 0"):
