@@ -38,6 +38,7 @@ from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.merger import merge_maps
+from merge.methods import PROPOSERS, PUBLISHED
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
 from sim.drive import Drive, DriveLimits
@@ -193,10 +194,17 @@ def merge(
     maps: Annotated[
         list[Path], typer.Argument(metavar="RUN | MAP...", help="A run folder, or maps: map_server YAML, PGM or PNG.")
     ],
-    method: Annotated[str, typer.Option(help="Merging method.")] = "sift",
+    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(PROPOSERS)}.")] = "sift",
     scale: Annotated[
         str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
     ] = "auto",
+    as_published: Annotated[
+        bool,
+        typer.Option(
+            "--as-published",
+            help=f"Take the method's own answer and verdict, not the common judge's: {', '.join(PUBLISHED)}.",
+        ),
+    ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[
         Path | None,
@@ -206,7 +214,7 @@ def merge(
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
     """Find the transforms between maps, and merge them into one."""
-    settings = MergeSettings(method=method, scale=None if scale == "auto" else ScaleRange.parse(scale))
+    settings = MergeSettings(method, None if scale == "auto" else ScaleRange.parse(scale), as_published)
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")

@@ -21,7 +21,7 @@ def merge_record(maps: MapSet, settings: MergeSettings, seed: int, result: Merge
     """The record of a merge: one entry per map, one per unordered pair; schema ``merge``."""
     return {
         "schema": SCHEMA,
-        "method": settings.method,
+        "method": settings.title,
         "scale": _scale_text(settings.scale or ScaleRange.automatic(maps)),
         "seed": seed,
         "confidence_calibrated": result.confidence_calibrated,

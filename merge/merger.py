@@ -18,9 +18,10 @@ from mapping.similarity2 import Similarity2
 from merge.chart import Chart
 from merge.consistency import one_frame
 from merge.fusion import fuse
-from merge.methods import PROPOSERS
+from merge.methods import PROPOSERS, PUBLISHED
 from merge.pair import PairAnswer, Sheet, merge_pair
 from merge.proposer import Proposer
+from merge.published import Published
 from merge.result import MergeResult, PairResult
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
@@ -46,24 +47,34 @@ def merge_maps(
     that do not match are no error: their pair is refused with a reason. Raises ``ValueError`` where the seed is
     negative.
     """
+    return _joined(maps, match_maps(maps, settings, seed, on_progress))
+
+
+def match_maps(
+    maps: MapSet,
+    settings: MergeSettings = MergeSettings(),  # noqa: B008
+    seed: int = 0,
+    on_progress: Progress | None = None,
+) -> tuple[PairResult, ...]:
+    """The pairwise answers of :func:`merge_maps` alone: nothing is chained or fused."""
     scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
-    proposer = PROPOSERS[settings.method]
-    sheets = [_sheet(grid, proposer) for grid in maps.grids]
+    method = PUBLISHED[settings.method] if settings.as_published else PROPOSERS[settings.method]
+    sheets = [_sheet(grid, method) for grid in maps.grids]
     indices = list(combinations(range(len(maps)), 2))
     pairs = []
     for done, (target, source) in enumerate(indices, start=1):
         in_cells = scale.times(_cells_per_cell(maps, target, source))
-        answer = _answer(sheets[target], sheets[source], in_cells, proposer, seed)
+        answer = _answer(sheets[target], sheets[source], in_cells, settings, seed)
         pairs.append(_pair_result(maps, target, source, answer, sheets))
         if on_progress is not None:
             on_progress(done, len(indices))
-    return _joined(maps, tuple(pairs))
+    return tuple(pairs)
 
 
-def _sheet(grid: OccupancyGrid, proposer: Proposer[Any]) -> Sheet:
+def _sheet(grid: OccupancyGrid, method: Proposer[Any] | Published[Any]) -> Sheet:
     in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds)
     chart = Chart.of(in_cells.cropped(MARGIN_CELLS))
-    return Sheet(chart, proposer.describe(chart))
+    return Sheet(chart, method.describe(chart))
 
 
 def _cells_per_cell(maps: MapSet, target: int, source: int) -> float:
@@ -72,13 +83,21 @@ def _cells_per_cell(maps: MapSet, target: int, source: int) -> float:
     return maps.grids[source].frame.resolution / maps.grids[target].frame.resolution
 
 
-def _answer(target: Sheet, source: Sheet, scale: ScaleRange, proposer: Proposer[Any], seed: int) -> PairAnswer:
+def _answer(target: Sheet, source: Sheet, scale: ScaleRange, settings: MergeSettings, seed: int) -> PairAnswer:
     rng = stream(seed, Role.MERGE)
     if _order(target.chart.grid) <= _order(source.chart.grid):
-        return merge_pair(target, source, scale, proposer, rng)
-    swapped = merge_pair(source, target, scale.inverse(), proposer, rng)
+        return _judged(target, source, scale, settings, rng)
+    swapped = _judged(source, target, scale.inverse(), settings, rng)
     found = swapped.target_from_source
     return PairAnswer(None if found is None else found.inverse(), swapped.evidence, swapped.decision)
+
+
+def _judged(
+    target: Sheet, source: Sheet, scale: ScaleRange, settings: MergeSettings, rng: np.random.Generator
+) -> PairAnswer:
+    if settings.as_published:
+        return PUBLISHED[settings.method].published(target.description, source.description, scale, rng)
+    return merge_pair(target, source, scale, PROPOSERS[settings.method], rng)
 
 
 def _order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:

@@ -63,6 +63,11 @@ class ScaleRange:
     def fixed(self) -> bool:
         return self.low == self.high
 
+    @property
+    def middle(self) -> float:
+        """The geometric mean: the scale that the maps state, where the range holds as much below as above it."""
+        return math.sqrt(self.low * self.high)
+
     def times(self, factor: float) -> ScaleRange:
         """The same range in other units."""
         return ScaleRange(self.low * factor, self.high * factor)

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from merge.methods import PROPOSERS
+from merge.methods import PROPOSERS, PUBLISHED
 from merge.scale_range import ScaleRange
 
 
 @dataclass(frozen=True)
 class MergeSettings:
-    """``method`` names the proposer; ``scale`` bounds the answers, or is None to let the maps decide.
+    """``method`` names the proposer; ``scale`` bounds the answers, or is None to let the maps decide; ``as_published``
+    takes the method's own answer and its own rule of acceptance in place of the common judge.
 
-    Raises ``ValueError`` naming an unknown method.
+    Raises ``ValueError`` naming an unknown method, or one that has no answer of its own.
     """
 
     method: str = "sift"
     scale: ScaleRange | None = None
+    as_published: bool = False
 
     def __post_init__(self) -> None:
         if self.method not in PROPOSERS:
             raise ValueError(f"method is {self.method!r}, must be one of {', '.join(sorted(PROPOSERS))}")
+        if self.as_published and self.method not in PUBLISHED:
+            having = ", ".join(sorted(PUBLISHED))
+            raise ValueError(f"method {self.method!r} has no answer of its own as published, only {having} have")
+
+    @property
+    def title(self) -> str:
+        """What records and tables call the method."""
+        return f"{self.method} as published" if self.as_published else self.method

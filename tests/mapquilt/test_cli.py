@@ -152,6 +152,17 @@ def test_unknown_method_lists_the_known_ones(capsys, two_maps):
     assert "sift" in line
 
 
+def test_a_method_answers_as_published_and_the_record_says_so(capsys, two_maps):
+    assert command("merge", *two_maps, "--method", "orb", "--as-published", "--json") in (0, 1)
+    record = json.loads(capsys.readouterr().out)
+    assert record["method"] == "orb as published"
+    assert record["pairs"][0]["evidence"] is None
+
+
+def test_a_method_without_its_own_answer_is_told(capsys, two_maps):
+    assert "'quilt'" in refused(capsys, "merge", *two_maps, "--method", "quilt", "--as-published")
+
+
 def test_one_map_alone_is_bad_input(capsys, two_maps):
     assert "one map alone" in refused(capsys, "merge", two_maps[0])
 

@@ -1,0 +1,73 @@
+"""The second face of methods: their own answer, in place of the common judge's."""
+
+import numpy as np
+import pytest
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapping.similarity2 import Similarity2
+from merge.merger import match_maps, merge_maps
+from merge.methods import PROPOSERS, PUBLISHED
+from merge.published import judged, nothing_found
+from merge.settings import MergeSettings
+from tests.merge.baselines.crisp import crisp_pair
+
+
+@pytest.fixture(scope="module")
+def maps():
+    charts = crisp_pair()[:2]
+    grids = tuple(
+        OccupancyGrid(GridFrame(0.05, c.grid.frame.origin, c.grid.frame.shape), c.grid.log_odds) for c in charts
+    )
+    return MapSet(("a", "b"), grids, ("m", "m"))
+
+
+def test_every_published_method_is_a_proposer_too():
+    assert set(PUBLISHED) <= set(PROPOSERS)
+
+
+def test_the_answer_as_published_bears_no_evidence_of_the_judge(maps):
+    (own,) = match_maps(maps, MergeSettings("orb", as_published=True))
+    (common,) = match_maps(maps, MergeSettings("orb"))
+    assert own.accepted
+    assert common.accepted
+    assert own.evidence is None
+    assert common.evidence is not None
+    gap = np.abs(own.target_from_source.matrix() - common.target_from_source.matrix()).max()
+    assert 0.0 < gap < 0.3
+
+
+def test_swapping_the_maps_gives_the_inverse_of_the_published_answer(maps):
+    settings = MergeSettings("orb", as_published=True)
+    back = MapSet(maps.names[::-1], maps.grids[::-1], maps.units)
+    (one,), (other,) = match_maps(maps, settings), match_maps(back, settings)
+    both = one.target_from_source @ other.target_from_source
+    assert np.allclose(both.matrix(), Similarity2().matrix(), atol=1e-9)
+    assert one.confidence == other.confidence
+
+
+def test_matching_is_what_merging_does_first(maps):
+    settings = MergeSettings("orb", as_published=True)
+    assert merge_maps(maps, settings).pairs[0].target_from_source == match_maps(maps, settings)[0].target_from_source
+
+
+def test_a_method_without_an_answer_of_its_own_is_refused():
+    with pytest.raises(ValueError, match=r"'quilt' has no answer of its own as published, only .*orb"):
+        MergeSettings("quilt", as_published=True)
+
+
+@pytest.mark.parametrize(("score", "accepted"), [(0.0, False), (9.9, False), (10.0, True), (1e9, True)])
+def test_confidence_is_one_half_at_the_threshold_and_rises_with_the_score(score, accepted):
+    decision = judged(Similarity2(), "the score", score, 10.0).decision
+    assert decision.accepted is accepted
+    assert (decision.confidence >= 0.5) is accepted
+    assert (decision.reason is None) is accepted
+    assert decision.confidence <= judged(Similarity2(), "the score", score + 1.0, 10.0).decision.confidence
+
+
+def test_nothing_found_is_a_refusal_with_a_reason():
+    answer = nothing_found()
+    assert answer.target_from_source is None
+    assert not answer.decision.accepted
+    assert answer.decision.reason
