@@ -17,7 +17,7 @@ from worlds.families import FAMILIES, make_world
 from worlds.world import World
 
 SOLID = "#3a3f46"
-SHEET_COLUMNS = 4
+SHEET_COLUMNS = 5
 
 
 def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
@@ -46,7 +46,7 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
 def sheet_picture(seed: int) -> bytes:
     """One world of each family, small, on one sheet."""
     rows = math.ceil(len(FAMILIES) / SHEET_COLUMNS)
-    figure = Figure(figsize=(3.2 * SHEET_COLUMNS, 2.7 * rows), layout="constrained", dpi=90)
+    figure = Figure(figsize=(3.2 * SHEET_COLUMNS, 2.7 * rows), layout="constrained", dpi=100)
     for index, name in enumerate(FAMILIES):
         panel = figure.add_subplot(rows, SHEET_COLUMNS, index + 1)
         world = make_world(name, seed)
@@ -61,7 +61,9 @@ def draw_world(panel: Axes, world: World) -> None:
     width, height = world.size
     panel.set_aspect("equal")
     panel.add_patch(Outline([(0, 0), (width, 0), (width, height), (0, height)], facecolor="white", edgecolor="#d0d4d9"))
-    panel.add_collection(PolyCollection(world.obstacles, facecolors=SOLID, edgecolors=SOLID, linewidths=0.6))
+    panel.add_collection(
+        PolyCollection(world.obstacles, facecolors=SOLID, edgecolors=SOLID, linewidths=0.4, snap=False)
+    )
     if world.fence is not None:
         panel.add_patch(Outline(world.fence, fill=False, edgecolor=FENCE, linestyle="--", linewidth=1.2))
     margin = 0.01 * max(width, height)
