@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ import yaml
 
 from mapping.picture import read_limited
 from mapping.se2 import SE2
+from mapping.within import within
 
 Mode = Literal["trinary", "scale", "raw"]
 
@@ -26,6 +26,12 @@ MAX_BYTES = 2**16
 _LARGEST_FLOAT32 = 3.4e38
 """nav2 compares in single precision."""
 
+SMALLEST_RESOLUTION, LARGEST_RESOLUTION = 1e-5, 1e5
+"""Finer or coarser cells [m] are a wrong unit, not a map."""
+
+FARTHEST_ORIGIN = 1e9
+"""Beyond it [m] cells of a tenth of a micrometre fall together, and nothing on Earth is that far."""
+
 _TRUE = ("y", "yes", "true", "on")
 _FALSE = ("n", "no", "false", "off")
 
@@ -35,8 +41,8 @@ class MapYaml:
     """What the YAML says: ``image`` relative to its folder, ``resolution`` [m/cell], ``origin`` the pose of the
     outer corner of the lower left pixel, and how grey becomes occupancy.
 
-    Raises ``ValueError`` naming the field where the resolution is not positive and finite, a threshold not finite or
-    the mode unknown.
+    Raises ``ValueError`` naming the field where the resolution or the origin is past any map, a threshold not finite
+    or the mode unknown.
     """
 
     image: str
@@ -50,6 +56,11 @@ class MapYaml:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
             raise ValueError(f"resolution is {self.resolution}, must be positive and finite")
+        if not SMALLEST_RESOLUTION <= self.resolution <= LARGEST_RESOLUTION:
+            bounds = f"{SMALLEST_RESOLUTION:g} and {LARGEST_RESOLUTION:g}"
+            raise ValueError(f"resolution is {self.resolution} m, must lie between {bounds}")
+        if not max(abs(self.origin.x), abs(self.origin.y)) <= FARTHEST_ORIGIN:
+            raise ValueError(f"origin is {self.origin.x}, {self.origin.y} m, must lie within {FARTHEST_ORIGIN:g} m")
         for name in ("occupied_thresh", "free_thresh"):
             if not abs(getattr(self, name)) < _LARGEST_FLOAT32:
                 raise ValueError(f"{name} is {getattr(self, name)}, must be finite")
@@ -88,13 +99,12 @@ def image_path(path: Path, meta: MapYaml) -> Path:
     Raises ``ValueError`` naming both where it lies outside the YAML's folder: a map from a stranger must not make
     the program open other files. An absolute path into the folder is fine.
     """
-    folder = path.parent.absolute()
-    image = Path(os.path.normpath(folder / meta.image))
-    if not image.is_relative_to(os.path.normpath(folder)) or "\0" in meta.image:
+    image = within(path.parent, meta.image)
+    if image is None:
         raise ValueError(
             f"{path}: image is {_shown(meta.image)}, outside the YAML's folder; put the picture beside the YAML"
         )
-    return path.parent / image.relative_to(os.path.normpath(folder))
+    return image
 
 
 def map_yaml_text(meta: MapYaml) -> str:

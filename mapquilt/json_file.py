@@ -11,6 +11,7 @@ from typing import Any
 import jsonschema
 
 from mapping.atomic import write_bytes_aside
+from mapping.plain_data import read_json
 from mapping.similarity2 import Similarity2
 
 
@@ -41,10 +42,7 @@ def read_record(path: Path, kind: str) -> dict[str, Any]:
 
     Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
     """
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not JSON: {error}") from None
+    record = read_json(path)
     check_record(path, kind, record)
     return dict(record)
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import yaml
-
-from mapping.picture import read_limited
+from mapping.plain_data import read_yaml
 from mapquilt.json_file import check_record, read_record
 from worlds.families import FAMILIES, make_world
 from worlds.floor import require_drivable
@@ -16,8 +13,6 @@ from worlds.world import World
 from worlds.world_file import world_from_json
 
 PICTURES, YAMLS = (".png", ".pgm"), (".yaml", ".yml")
-MAX_YAML_BYTES = 2**24
-"""The largest YAML world file that is read."""
 
 
 def open_place(
@@ -58,7 +53,9 @@ def _read(path: Path, plan_resolution: float | None) -> tuple[World, tuple[str, 
             raise ValueError(f"{path}: a plan that is a picture needs --plan-resolution, in metres a pixel")
         return read_plan_picture(path, plan_resolution), ()
     if ending in YAMLS:
-        record = _read_yaml(path)
+        record = read_yaml(path)
+        if not isinstance(record, dict):
+            raise ValueError(f"{path}: is no world file: it holds no fields")
         if "image" in record:
             return read_plan_map(path)
         check_record(path, "world", record)
@@ -70,17 +67,3 @@ def _read(path: Path, plan_resolution: float | None) -> tuple[World, tuple[str, 
         return world_from_json(record, path.stem), ()
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    """A mapping; aliases are refused, as a few lines of them can stand for more than fits in memory."""
-    data = read_limited(path, MAX_YAML_BYTES)
-    try:
-        if b"*" in data and any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(data, yaml.SafeLoader)):
-            raise ValueError(f"{path}: YAML aliases are not read")
-        record = yaml.safe_load(data)
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: not YAML: {' '.join(str(error).split())[:200]}") from None
-    if not isinstance(record, dict):
-        raise ValueError(f"{path}: is no world file: it holds no fields")
-    return record

@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from mapping.plain_data import read_yaml
 from mapping.se2 import SE2
 from mapquilt.sensor_options import chosen_lidar
 from sim.lidar import Lidar
@@ -22,10 +21,7 @@ def load_robots(path: Path, usual: RobotSettings) -> tuple[RobotSettings, ...]:
 
     Raises ``ValueError`` naming file, robot, field and value; ``OSError`` where the file cannot be read.
     """
-    try:
-        record = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: is no YAML: {' '.join(str(error).split())[:200]}") from None
+    record = read_yaml(path)
     entries = record.get("robots") if isinstance(record, dict) else None
     if not isinstance(entries, list) or not entries or set(record) != {"robots"}:
         raise ValueError(f"{path}: must hold a list `robots` of at least one, and nothing else")

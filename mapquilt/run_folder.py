@@ -14,6 +14,7 @@ timings.json         seconds; all that differs between two runs of one seed
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,7 @@ from pathlib import Path
 from mapping.atomic import folder_aside, write_files_aside
 from mapping.map_file import load_map
 from mapping.map_set import MapSet
+from mapping.within import within
 from mapquilt.json_file import read_record, record_bytes
 
 RUN_FILE = "run.json"
@@ -37,6 +39,9 @@ TIMINGS_FILE = "timings.json"
 MERGED_NAME = "merged"
 MERGE_PICTURE = "merge.png"
 OVERVIEW_PICTURE = "overview.png"
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""Names of maps become names of folders and of ROS topics."""
 
 Timings = dict[str, dict[str, float]]
 """Seconds by stage and step."""
@@ -73,11 +78,12 @@ def new_run(folder: Path) -> Iterator[Path]:
 
 
 def require_run(folder: Path) -> Path:
-    """The folder, if it is a run. Raises ``ValueError`` naming it otherwise."""
+    """The folder, if it is a run. Raises ``ValueError`` naming it, or what is wrong with its run.json, otherwise."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such run folder")
     if not is_run(folder):
         raise ValueError(f"{folder}: is not a run of mapquilt (it has no {RUN_FILE})")
+    read_record(folder / RUN_FILE, "run")
     return folder
 
 
@@ -98,15 +104,39 @@ def load_maps(folder: Path) -> MapSet:
 
     Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong.
     """
-    record = read_record(require_run(folder) / MAPS_FILE, "maps")
-    loaded = [load_map(folder / entry["file"]) for entry in record["maps"]]
+    path = require_run(folder) / MAPS_FILE
+    record = read_record(path, "maps")
+    names = tuple(entry["name"] for entry in record["maps"])
+    try:
+        _check_names(names)
+        files = [_map_file(folder, entry["file"]) for entry in record["maps"]]
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    loaded = [load_map(file) for file in files]
     return MapSet(
-        names=tuple(entry["name"] for entry in record["maps"]),
+        names=names,
         grids=tuple(entry.grid for entry in loaded),
         units=tuple(entry.unit for entry in loaded),
         resolutions_trusted=record["resolutions_trusted"],
         provenance=record["provenance"],
     )
+
+
+def _check_names(names: tuple[str, ...]) -> None:
+    for name in names:
+        if not _NAME.fullmatch(name):
+            raise ValueError(f"name is {name[:100]!r}, must be letters, digits and underscores, a letter first")
+        if names.count(name) > 1:
+            raise ValueError(f"name is {name!r} more than once")
+
+
+def _map_file(folder: Path, name: str) -> Path:
+    file = within(folder, name)
+    if file is None:
+        raise ValueError(f"file is {name[:100]!r}, outside the run's folder")
+    if file.relative_to(folder).parts[:1] in ((TRUTH_FOLDER,), (MISSION_FOLDER,)):
+        raise ValueError(f"file is {name[:100]!r}, which tells the truth: the merger may not read it")
+    return file
 
 
 def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +13,6 @@ from mapping.robot_log_file import load_robot_log
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
 from sim.mission_file import load_mission
-
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-"""Names of robots become names of folders and of ROS topics."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +36,6 @@ class RunRobot:
 def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
     """The robots of a run, in order. Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong."""
     maps = run_folder.load_maps(run)
-    for name in maps.names:
-        if not _NAME.fullmatch(name):
-            raise ValueError(f"{run / run_folder.MAPS_FILE}: name is {name!r}, must be letters, digits and underscores")
     mission_folder = run_folder.mission_folder(run)
     mission = load_mission(mission_folder)
     if len(mission.robots) != len(maps):

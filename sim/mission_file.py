@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mapping.npz_file import load_npz
+from mapping.atomic import write_bytes_aside
+from mapping.npz_file import load_npz, save_npz
+from mapping.plain_data import read_json
 from mapping.robot_log import RobotTruth
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
@@ -22,6 +24,8 @@ from sim.robot import RobotSettings
 from worlds.world_file import world_from_json, world_to_json
 
 SCHEMA_VERSION = 2
+
+_FIELDS = {"schema", "version", "seed", "touches", "settings"}
 
 
 def save_mission(mission: Mission, folder: Path) -> None:
@@ -40,13 +44,13 @@ def save_mission(mission: Mission, folder: Path) -> None:
     _write_json(folder / "world.json", world_to_json(mission.world))
     _write_json(folder / "mission.json", record)
     for index, truth in enumerate(mission.robots):
-        np.savez_compressed(
-            folder / f"robot_{index}.npz",
-            stamps=truth.trajectory.stamps,
-            world_from_base=truth.trajectory.poses,
-            ranges=np.array([scan.ranges for scan in truth.scans]),
-            hits_robot=truth.hits_robot,
-        )
+        arrays = {
+            "stamps": truth.trajectory.stamps,
+            "world_from_base": truth.trajectory.poses,
+            "ranges": np.array([scan.ranges for scan in truth.scans]),
+            "hits_robot": truth.hits_robot,
+        }
+        save_npz(folder / f"robot_{index}.npz", arrays)
 
 
 def load_mission(folder: Path) -> Mission:
@@ -56,19 +60,31 @@ def load_mission(folder: Path) -> Mission:
     """
     world_path, path = folder / "world.json", folder / "mission.json"
     try:
-        world = world_from_json(_read_json(world_path))
+        world = world_from_json(_read_record(world_path))
     except ValueError as error:
         raise ValueError(f"{world_path}: {error}") from error
-    record = _read_json(path)
+    record = _read_record(path)
     if record.get("schema") != "mapquilt/mission" or record.get("version") != SCHEMA_VERSION:
         raise ValueError(f"{path}: is no mapquilt/mission of version {SCHEMA_VERSION}")
     try:
+        _check_fields(record)
         settings = _settings(record["settings"])
-        seed, touches = int(record["seed"]), tuple(int(each) for each in record["touches"])
+        seed, touches = _count("seed", record["seed"]), tuple(_count("touches", each) for each in record["touches"])
     except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: {error!r} is missing or malformed") from error
+        raise ValueError(f"{path}: malformed: {error}") from error
     robots = tuple(_load_robot(folder / f"robot_{k}.npz", robot.lidar) for k, robot in enumerate(settings.robots))
     return Mission(world, robots, seed, settings, touches)
+
+
+def _check_fields(record: dict[str, Any]) -> None:
+    for name in sorted(record.keys() ^ _FIELDS):
+        raise ValueError(f"the field {name[:100]!r} is {'missing' if name in _FIELDS else 'unknown'}")
+
+
+def _count(name: str, value: Any) -> int:
+    if type(value) is not int or value < 0:
+        raise ValueError(f"{name} is {value!r}, must be an integer that is not negative")
+    return value
 
 
 def _settings(record: dict[str, Any]) -> MissionSettings:
@@ -96,14 +112,11 @@ def _load_robot(path: Path, lidar: Lidar) -> RobotTruth:
 
 
 def _write_json(path: Path, record: dict[str, Any]) -> None:
-    path.write_text(json.dumps(record, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    write_bytes_aside(path, (json.dumps(record, indent=1, sort_keys=True) + "\n").encode())
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: is no JSON: {error}") from error
+def _read_record(path: Path) -> dict[str, Any]:
+    record = read_json(path)
     if not isinstance(record, dict):
         raise ValueError(f"{path}: holds no JSON object")
     return record

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from mapping.plain_data import json_value
+
 LOCK_FILE = ".lock"
 JOURNAL_FILE = ".journal.jsonl"
 
@@ -43,7 +45,7 @@ class Journal:
         if len(whole) < len(data):
             with self.path.open("r+b") as file:
                 file.truncate(len(whole))
-        return [json.loads(line) for line in whole.splitlines()]
+        return [json_value(line, str(self.path)) for line in whole.splitlines()]
 
     def add(self, entry: dict[str, Any]) -> None:
         with self.path.open("ab") as file:

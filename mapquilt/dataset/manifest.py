@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.atomic import write_bytes_aside
+from mapping.plain_data import json_value
 from mapquilt.dataset.plan import DatasetPlan
 from mapquilt.dataset.spec import DatasetSpec
 
@@ -77,11 +78,11 @@ def read_manifest(folder: Path) -> Manifest:
     if not path.exists():
         raise ValueError(f"{path}: no such file; is {folder} a finished data set?")
     records = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
-        try:
-            records.append(dict(json.loads(line)))
-        except ValueError as error:
-            raise ValueError(f"{path}: line {number} is not a record: {error}") from None
+    for number, line in enumerate(path.read_bytes().splitlines(), start=1):
+        record = json_value(line, f"{path}: line {number}")
+        if not isinstance(record, dict):
+            raise ValueError(f"{path}: line {number}: is not a record")
+        records.append(record)
     if not records or records[0].get("schema") != SCHEMA:
         raise ValueError(f"{path}: is no manifest of schema {SCHEMA}")
     missions, samples, negatives = (

@@ -6,10 +6,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from mapping.disguise import DisguiseRanges
+from mapping.plain_data import read_yaml, yaml_value
 from mapping.sensor_model import sensor_model
 from mapquilt.true_places import check_parts
 from sim.lidar_presets import lidar_preset
@@ -109,11 +109,7 @@ def load_spec(source: str) -> DatasetSpec:
 
     Raises ``ValueError`` that names the file, the field and what is wrong with it; ``OSError`` where it cannot be read.
     """
-    text = ready_spec(source) if source in READY else Path(source).read_text(encoding="utf-8")
-    try:
-        record = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{source}: not YAML: {error}") from None
+    record = yaml_value(ready_spec(source).encode(), source) if source in READY else read_yaml(Path(source))
     if not isinstance(record, dict):
         raise ValueError(f"{source}: holds no mapping of fields")
     try:

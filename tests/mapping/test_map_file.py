@@ -20,7 +20,7 @@ from PIL import Image
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map, require_known, save_map
-from mapping.map_yaml import Mode
+from mapping.map_yaml import FARTHEST_ORIGIN, LARGEST_RESOLUTION, SMALLEST_RESOLUTION, Mode
 from mapping.occupancy_grey import percent
 from mapping.se2 import SE2
 
@@ -151,8 +151,8 @@ def test_the_written_picture_has_the_lowest_row_last(tmp_path: Path) -> None:
 
 # --- Round trips ---
 
-positive = st.floats(min_value=0.0, exclude_min=True, allow_infinity=False)
-finite = st.floats(allow_nan=False, allow_infinity=False)
+positive = st.floats(SMALLEST_RESOLUTION, LARGEST_RESOLUTION)
+finite = st.floats(-FARTHEST_ORIGIN, FARTHEST_ORIGIN)
 origins = st.builds(SE2, finite, finite, st.floats(-math.pi, math.pi))
 shapes = st.tuples(st.integers(1, 6), st.integers(1, 6))
 

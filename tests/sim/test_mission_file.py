@@ -52,7 +52,19 @@ def test_a_damaged_file_is_named(folder: Path, name: str, damage: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("version", 99), ("settings", {}), ("seed", None), ("settings", {"robots": 0}), ("touches", 3)]
+    ("field", "value"),
+    [
+        ("version", 99),
+        ("settings", {}),
+        ("seed", None),
+        ("settings", {"robots": 0}),
+        ("touches", 3),
+        ("seed", -1),
+        ("seed", 1.5),
+        ("seed", True),
+        ("touches", [-1]),
+        ("colour", "red"),
+    ],
 )
 def test_a_malformed_record_is_named(folder: Path, field: str, value: object) -> None:
     path = folder / "mission.json"
