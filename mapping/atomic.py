@@ -22,14 +22,14 @@ def write_files_aside(files: Mapping[Path, bytes]) -> None:
     All are written beside their final places, and renamed only when the last is whole. A link is followed: what it
     points to is replaced, the link stays. Nothing is forced to the disk: this guards against a killed process, not
     against a power cut.
-    Raises ``OSError`` where a folder is missing or cannot be written, ``FileExistsError`` where a device, a folder or
-    anything else that is no regular file has the name; nothing is written or left behind then.
+    Raises ``OSError`` naming the file that cannot be written, or its folder, ``FileExistsError`` where a device, a
+    folder or anything else that is no regular file has the name; nothing is written or left behind then.
     """
     finals = {_final(path): data for path, data in files.items()}
     asides = {final: _sibling(final, "part") for final in finals}
     try:
         for final, aside in asides.items():
-            with aside.open("xb") as file:
+            with naming(final), aside.open("xb") as file:
                 file.write(finals[final])
         for final, aside in asides.items():
             aside.replace(final)
@@ -37,6 +37,15 @@ def write_files_aside(files: Mapping[Path, bytes]) -> None:
         for aside in asides.values():
             aside.unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Whatever the system refuses in the block names this file: a full disk does not say where it was full."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def _final(path: Path) -> Path:
@@ -61,7 +70,8 @@ def folder_aside(final: Path) -> Iterator[Path]:
     hidden folder ``.NAME.*.part`` that may be deleted; killed between the two renames of the end, it leaves the old
     folder as ``.NAME.*.old``. Missing parents are made.
 
-    Raises ``OSError`` where the parent cannot be written, ``NotADirectoryError`` where ``final`` is a file.
+    Raises ``OSError`` where the parent cannot be written, ``NotADirectoryError`` where ``final`` is a file. What fails
+    in the block on a file of ``aside`` names it as it would be in ``final``.
     """
     final = Path(os.path.realpath(final))
     if final.exists() and not final.is_dir():
@@ -72,6 +82,10 @@ def folder_aside(final: Path) -> Iterator[Path]:
     try:
         yield aside
         _swap(aside, final)
+    except OSError as error:
+        if error.filename is not None and Path(str(error.filename)).is_relative_to(aside):
+            error.filename = str(final / Path(error.filename).relative_to(aside))
+        raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mapping.atomic import write_bytes_aside
 from mapquilt import run_folder
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
@@ -93,7 +94,7 @@ def _make_sample(plan: MissionPlan, sample: SamplePlan, mission: Mission, places
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fill_run(folder, mission, settings, made, f"../../{MISSIONS_FOLDER}/{plan.name}")
-        (folder / PREVIEW_PICTURE).write_bytes(preview_png(made.maps))
+        write_bytes_aside(folder / PREVIEW_PICTURE, preview_png(made.maps))
         files = _read_files(folder)
         truth = read_record(folder / run_folder.TRUTH_FILE, "truth")
     record = {

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from mapping.atomic import naming
 from mapping.plain_data import json_value
 
 LOCK_FILE = ".lock"
@@ -48,7 +49,7 @@ class Journal:
         return [json_value(line, str(self.path)) for line in whole.splitlines()]
 
     def add(self, entry: dict[str, Any]) -> None:
-        with self.path.open("ab") as file:
+        with naming(self.path), self.path.open("ab") as file:
             file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
             file.flush()
             os.fsync(file.fileno())

@@ -141,7 +141,7 @@ def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
     with folder_aside(folder) as aside:
         for path, data in files.items():
             (aside / path).parent.mkdir(parents=True, exist_ok=True)
-            (aside / path).write_bytes(data)
+            write_bytes_aside(aside / path, data)
 
 
 def _finish(

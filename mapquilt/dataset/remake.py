@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from pathlib import Path
 
-from mapping.atomic import folder_aside
+from mapping.atomic import folder_aside, write_bytes_aside
 from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER, Made, make_group
 from mapquilt.dataset.make import SPEC_FILE
 from mapquilt.dataset.manifest import read_manifest
@@ -46,4 +46,4 @@ def _plan_of(folder: Path, name: str) -> MissionPlan:
 def _write(folder: Path, made: Made) -> None:
     for path, data in made.files.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_bytes(data)
+        write_bytes_aside(folder / path, data)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import stat
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -98,6 +100,28 @@ def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) ->
     assert "File too large" in done.stderr
     assert names(tmp_path) == {"a"}
     assert (tmp_path / "a").read_bytes() == b"old"
+
+
+@contextmanager
+def full_disk(most_bytes: int = 1000) -> Iterator[None]:
+    """No file may grow beyond so many bytes: what a full disk does, for this process alone."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="too large") as caught, full_disk():
+        write_bytes_aside(tmp_path / "file", bytes(2000))
+    assert caught.value.filename == str(tmp_path / "file")
+    with pytest.raises(OSError, match="too large") as caught, full_disk(), folder_aside(tmp_path / "run") as aside:
+        (aside / "robot").mkdir()
+        write_bytes_aside(aside / "robot/file", bytes(2000))
+    assert caught.value.filename == str(tmp_path / "run/robot/file")
+    assert names(tmp_path) == set()
 
 
 def test_a_folder_appears_at_the_end_only(tmp_path: Path) -> None:

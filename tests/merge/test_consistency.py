@@ -42,6 +42,7 @@ def test_a_chain_in_any_order_comes_into_the_frame_of_the_map_that_knows_most():
 def test_the_surest_path_is_taken():
     wrong = pair("a", "c", 0.55, Similarity2(100.0, 0.0))
     frames = one_frame({"a": 3, "b": 2, "c": 1}, [wrong, pair("a", "b", 0.9), pair("b", "c", 0.8)])
+    assert set(frames.reference_from_map) == {"a", "b", "c"}
     check(frames)
 
 
