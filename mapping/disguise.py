@@ -14,6 +14,12 @@ from mapping.se2 import SE2
 from mapping.seeds import Role, stream
 from mapping.similarity2 import Similarity2
 
+LARGEST_SCALE = 10.0
+"""Beyond a decimal place it is no resolution that is stated wrong, but a unit."""
+
+LARGEST_OFFSET = 1e7
+"""No origin lies farther off, not even one in the metres of a national grid [m]."""
+
 
 @dataclass(frozen=True)
 class DisguiseRanges:
@@ -31,12 +37,16 @@ class DisguiseRanges:
     max_offset: float = 10.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.scale_low <= self.scale_high < math.inf:
-            raise ValueError(f"DisguiseRanges: scale {self.scale_low} to {self.scale_high} is no range above zero")
+        if not 1.0 / LARGEST_SCALE <= self.scale_low <= self.scale_high <= LARGEST_SCALE:
+            scale = f"{self.scale_low:g}:{self.scale_high:g}"
+            bounds = f"{1.0 / LARGEST_SCALE:g} <= LO <= HI <= {LARGEST_SCALE:g}"
+            raise ValueError(f"DisguiseRanges: scale is {scale}, must be LO:HI with {bounds}")
         if not 0.0 <= self.max_yaw <= math.pi:
             raise ValueError(f"DisguiseRanges: max_yaw is {self.max_yaw}, must lie between 0 and pi")
-        if not 0.0 <= self.max_offset < math.inf:
-            raise ValueError(f"DisguiseRanges: max_offset is {self.max_offset}, must be finite and not negative")
+        if not 0.0 <= self.max_offset <= LARGEST_OFFSET:
+            raise ValueError(
+                f"DisguiseRanges: max_offset is {self.max_offset}, must lie between 0 and {LARGEST_OFFSET:g} m"
+            )
 
     @property
     def honest(self) -> bool:

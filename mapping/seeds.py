@@ -30,13 +30,18 @@ class Role(IntEnum):
     DATASET_NEGATIVES = 17
 
 
+def check_seed(seed: int) -> None:
+    """Raise ``ValueError`` where a seed is negative, or has more bits than numpy mixes."""
+    if not 0 <= seed < 2**128:
+        raise ValueError(f"seed is {seed}, must not be negative or have more than 128 bits")
+
+
 def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
     """Random numbers for one role of one robot (or world, or pair): independent of every other role and index.
 
-    Raises ``ValueError`` where the seed or index is negative.
+    Raises ``ValueError`` as :func:`check_seed` does, and where the index is negative.
     """
-    if seed < 0:
-        raise ValueError(f"seed is {seed}, must not be negative")
+    check_seed(seed)
     if index < 0:
         raise ValueError(f"index is {index}, must not be negative")
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index, int(role))))

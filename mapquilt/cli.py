@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import traceback
 from pathlib import Path
@@ -33,13 +34,13 @@ from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run
-from mapquilt.sample import Poses, SampleSettings, disguise_ranges
+from mapquilt.sample import Poses, SampleSettings
+from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.merger import merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
-from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
 from sim.drive import Drive, DriveLimits
 from sim.mission_settings import PolicyName
@@ -47,6 +48,9 @@ from sim.starts import Starts
 
 ALL_MERGED, SOME_REFUSED, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 1, 2, 70, 130
 """Exit statuses."""
+
+_OF_A_FIELD = re.compile(r"(?:[A-Z]\w*: )?([a-z_]+) is (\S+), (must .+)")
+"""What settings say of a field that is out of range."""
 
 app = typer.Typer(
     name="mapquilt",
@@ -214,7 +218,7 @@ def merge(
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
     """Find the transforms between maps, and merge them into one."""
-    settings = MergeSettings(method, None if scale == "auto" else ScaleRange.parse(scale), as_published)
+    settings = MergeSettings(method, searched_scales(scale), as_published)
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
@@ -315,7 +319,9 @@ def run(arguments: list[str]) -> int:
     except typer.TyperException as error:
         return _fail(error.format_message() or "no command given; `mapquilt --help` lists them", BAD_INPUT)
     except (ValueError, OSError, ImportError) as error:
-        return _fail(_one_line(error), BAD_INPUT)
+        return _fail(_by_option(_one_line(error), arguments), BAD_INPUT)
+    except MemoryError as error:
+        return _fail(f"not enough memory for this: {error}", BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", INTERRUPTED)
     except Exception as error:
@@ -328,6 +334,17 @@ def _one_line(error: ValueError | OSError | ImportError) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
     return str(error)
+
+
+def _by_option(message: str, arguments: list[str]) -> str:
+    """A message on a field of some settings, told of the option that set it."""
+    found = _OF_A_FIELD.fullmatch(message)
+    if found is None:
+        return message
+    field, value, rule = found.groups()
+    option = f"--{field.replace('_', '-')}"
+    given = any(argument.partition("=")[0] == option for argument in arguments)
+    return f"{option} {value}: {rule}" if given else message
 
 
 def _fail(message: str, status: int) -> int:

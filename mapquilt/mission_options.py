@@ -13,10 +13,11 @@ import typer
 from mapping.se2 import SE2
 from mapping.trajectory import Trajectory
 from mapping.tum import load_tum
+from mapquilt.numbers import parse_number
 from mapquilt.robots_file import load_robots
 from sim.drive import Drive, DriveLimits
 from sim.lidar import Lidar
-from sim.mission_settings import MissionSettings, PolicyName
+from sim.mission_settings import LARGEST_TEAM, MissionSettings, PolicyName
 from sim.robot import RobotSettings
 from sim.starts import Starts
 
@@ -91,8 +92,8 @@ def _team(options: MissionOptions) -> int | tuple[RobotSettings, ...]:
             raise ValueError(f"--robots {options.robots}, but {options.robots_file} holds {len(team)}")
         return team
     count = options.robots if options.robots is not None else len(starts) or len(options.replay) or ROBOTS
-    if count < 1:
-        return count
+    if not 1 <= count <= LARGEST_TEAM:
+        return count  # which the mission's settings refuse
     if len(starts) > count:
         raise ValueError(f"--start: {len(starts)} starts, but --robots {count}")
     pairs = itertools.zip_longest(starts, range(count))
@@ -122,6 +123,6 @@ def _range(text: str) -> tuple[float, float]:
 
 def _numbers(text: str, separator: str = ",") -> list[float]:
     try:
-        return [float(part) for part in text.split(separator)]
+        return [parse_number(part) for part in text.split(separator)]
     except ValueError:
         return []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -12,6 +11,7 @@ from mapping.grid import OccupancyGrid
 from mapping.log_odds import map_log
 from mapping.map_set import MapSet
 from mapping.robot_log import RobotLog
+from mapping.seeds import check_seed
 from mapping.sensor_model import sensor_model
 from mapping.similarity2 import Similarity2
 from mapping.truth import (
@@ -29,24 +29,6 @@ from sim.mission import Mission
 from sim.noise import Noise, Sensed, sense
 
 Poses = Literal["odometry", "truth"]
-
-
-SCALES = {"hidden": (0.5, 2.0), "honest": (1.0, 1.0)}
-
-
-def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> DisguiseRanges:
-    """What disguises are drawn from; ``scale`` is hidden (0.5 to 2), honest (1) or LO:HI.
-
-    Raises ``ValueError`` naming the setting and the value.
-    """
-    low, _, high = scale.partition(":")
-    try:
-        bounds = SCALES[scale] if scale in SCALES else (float(low), float(high))
-    except ValueError:
-        raise ValueError(f"scale is {scale!r}, must be hidden, honest or LO:HI such as 0.8:1.25") from None
-    if not 0.0 <= max_rotation_deg <= 180.0:
-        raise ValueError(f"max-rotation is {max_rotation_deg} degrees, must lie between 0 and 180")
-    return DisguiseRanges(*bounds, math.radians(max_rotation_deg), max_offset)
 
 
 @dataclass(frozen=True)
@@ -74,13 +56,12 @@ class SampleSettings:
         sensor_model(self.model)
         if self.poses not in ("odometry", "truth"):
             raise ValueError(f"poses is {self.poses!r}, must be odometry or truth")
-        if not 0.001 <= self.resolution <= 10.0:
-            raise ValueError(f"resolution is {self.resolution} m, must lie between 0.001 and 10")
-        if not 0.0 <= self.clear_range < math.inf:
-            raise ValueError(f"clear_range is {self.clear_range} m, must be finite and not negative")
+        if not 0.005 <= self.resolution <= 10.0:
+            raise ValueError(f"resolution is {self.resolution}, must lie between 0.005 and 10 m")
+        if not 0.0 <= self.clear_range <= 1000.0:
+            raise ValueError(f"clear_range is {self.clear_range}, must lie between 0 and 1000 m")
         check_parts(self.parts)
-        if self.seed < 0:
-            raise ValueError(f"seed is {self.seed}, must not be negative")
+        check_seed(self.seed)
 
     def noise_of(self, lidar: str) -> Noise:
         """The noise of a robot that carries the lidar of that name."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from mapquilt.numbers import parse_number
 from sim.lidar import Lidar
 from sim.lidar_presets import lidar_preset, with_rate
 from sim.noise import Noise
@@ -31,7 +32,7 @@ def _parse_component(option: str) -> tuple[str, float]:
     if not equals:
         raise ValueError(f"--set {option}: must be NAME=VALUE, such as lidar.range_sigma=0.05")
     try:
-        value = float(text)
+        value = parse_number(text)
     except ValueError:
         raise ValueError(f"--set {option}: {text!r} is no number") from None
     try:

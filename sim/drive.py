@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
@@ -10,6 +9,10 @@ Drive = Literal["velocity", "wheels"]
 """velocity: a body whose planar velocity is commanded; wheels: a differential drive on two driven wheels that slip."""
 
 DRIVES: tuple[str, ...] = get_args(Drive)
+
+
+LARGEST = 100.0
+"""No robot is faster, in whatever unit."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +31,8 @@ class DriveLimits:
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"DriveLimits: {each.name} is {value}, must be positive and finite")
+            if not 0.0 < value <= LARGEST:
+                raise ValueError(f"DriveLimits: {each.name} is {value}, must be positive and at most {LARGEST:g}")
 
     def ramped(self, now: tuple[float, float], wanted: tuple[float, float], seconds: float) -> tuple[float, float]:
         """The (forward speed, turn rate) that a robot of those ``now`` reaches towards those wanted in that time."""

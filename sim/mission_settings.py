@@ -17,6 +17,12 @@ PolicyName = Literal["explore", "tour", "replay"]
 POLICIES: tuple[str, ...] = get_args(PolicyName)
 
 
+LONGEST = 86_400.0
+"""The longest mission [s]: a day."""
+
+LARGEST_TEAM = 1000
+
+
 @dataclass(frozen=True, init=False)
 class MissionSettings:
     """``robots``, as many equal ones or each by its settings, drive for ``duration`` seconds.
@@ -47,11 +53,10 @@ class MissionSettings:
         goals: Sequence[tuple[float, float]] = (),
         overlap: tuple[float, float] | None = None,
     ) -> None:
+        count = robots if isinstance(robots, int) else len(robots)
+        if not 1 <= count <= LARGEST_TEAM:
+            raise ValueError(f"MissionSettings: robots is {count}, must lie between 1 and {LARGEST_TEAM}")
         team = (RobotSettings(),) * robots if isinstance(robots, int) else tuple(robots)
-        if not team:
-            raise ValueError(
-                f"MissionSettings: robots is {robots if isinstance(robots, int) else 0}, must be at least 1"
-            )
         object.__setattr__(self, "robots", team)
         object.__setattr__(self, "duration", float(duration))
         object.__setattr__(self, "starts", starts)
@@ -62,8 +67,10 @@ class MissionSettings:
         self._check()
 
     def _check(self) -> None:
-        if not (math.isfinite(self.duration) and self.duration > 0.0):
-            raise ValueError(f"MissionSettings: duration is {self.duration}, must be positive and finite")
+        if not 0.0 < self.duration <= LONGEST:
+            raise ValueError(
+                f"MissionSettings: duration is {self.duration}, must be positive and at most {LONGEST:g} s"
+            )
         for name, known in (("starts", STARTS), ("drive", DRIVES), ("policy", POLICIES)):
             if getattr(self, name) not in known:
                 raise ValueError(f"MissionSettings: {name} is {getattr(self, name)!r}, must be {', '.join(known)}")

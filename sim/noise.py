@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 
@@ -13,6 +12,9 @@ from mapping.robot_log import RobotLog, RobotTruth
 from mapping.seeds import Role, stream
 from sim.odometry import OdometryNoise, draw_bias, drifted
 from sim.range_noise import RangeNoise, noisy, range_draws
+
+WORST_LEVEL = 20.0
+"""Robots of a noise level beyond it would not know a room from a street."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +29,10 @@ class Noise:
         """All standard deviations and probabilities times ``level``: 0 is exact, 3 a bad robot.
 
         ``lidar`` is how the lidar errs at level 1; default: a usual small one. Quantisation is not multiplied, but
-        switched off at 0. Raises ``ValueError`` where the level is negative or no number.
+        switched off at 0. Raises ``ValueError`` where the level is negative, no number, or past anything that drives.
         """
-        if not (math.isfinite(level) and level >= 0.0):
-            raise ValueError(f"noise is {level}, must be finite and not negative")
+        if not 0.0 <= level <= WORST_LEVEL:
+            raise ValueError(f"noise is {level}, must lie between 0 and {WORST_LEVEL:g}")
         return Noise((lidar or RangeNoise()).scaled(level), OdometryNoise().scaled(level))
 
     def with_fields(self, values: Iterable[tuple[str, float]]) -> Noise:

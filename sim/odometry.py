@@ -14,6 +14,10 @@ STANDING = 1e-6
 """A motion shorter than this [m] has no direction."""
 
 
+LARGEST_NOISE = 10.0
+"""No component is larger, in whatever unit: a metre driven would be believed ten, or turned about more than once."""
+
+
 @dataclass(frozen=True)
 class OdometryNoise:
     """The odometry motion model's four alphas, and how far off a run's wheels are, all as standard deviations.
@@ -44,8 +48,8 @@ class OdometryNoise:
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"OdometryNoise: {each.name} is {value}, must be finite and not negative")
+            if not 0.0 <= value <= LARGEST_NOISE:
+                raise ValueError(f"OdometryNoise: {each.name} is {value}, must lie between 0 and {LARGEST_NOISE:g}")
 
     def scaled(self, level: float) -> OdometryNoise:
         """All standard deviations times ``level``."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
@@ -14,6 +13,9 @@ from mapping.seeds import Role, stream
 from sim.angular_jitter import read_beside
 
 _PROBABILITIES = ("dropout", "short", "random")
+LARGEST_NOISE = 1e6
+"""No component is larger, in whatever unit."""
+
 _OF_THE_DEVICE = ("quantum", "short_mean")
 
 
@@ -45,8 +47,8 @@ class RangeNoise:
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"RangeNoise: {each.name} is {value}, must be finite and not negative")
+            if not 0.0 <= value <= LARGEST_NOISE:
+                raise ValueError(f"RangeNoise: {each.name} is {value}, must lie between 0 and {LARGEST_NOISE:g}")
         for name in _PROBABILITIES:
             if getattr(self, name) > 1.0:
                 raise ValueError(f"RangeNoise: {name} is {getattr(self, name)}, a probability is at most 1")

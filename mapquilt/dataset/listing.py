@@ -9,6 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from mapquilt.dataset.manifest import Manifest
+from mapquilt.numbers import parse_range
 from mapquilt.tables import plain_table
 
 
@@ -28,9 +29,8 @@ class PairFilter:
         split: str | None, world: str | None, overlap: str, noise: float | None, identifiable: bool | None
     ) -> PairFilter:
         """Raises ``ValueError`` where ``overlap`` is no LO:HI within 0 to 1."""
-        low, _, high = overlap.partition(":")
         try:
-            bounds = float(low), float(high)
+            bounds = parse_range(overlap)
         except ValueError:
             raise ValueError(f"--overlap {overlap}: must be LO:HI such as 0.3:0.6") from None
         if not 0.0 <= bounds[0] <= bounds[1] <= 1.0:

@@ -61,6 +61,30 @@ def refused(capsys, *arguments):
     return lines[0]
 
 
+PAST_ALL = [
+    ("--duration", "1e300", "1e+300"),
+    ("--duration", "86401", "86401.0"),
+    ("--robots", "1000000000", "1000000000"),
+    ("--speed", "1e300", "1e+300"),
+    ("--turn-rate", "inf", "inf"),
+    ("--noise", "1e300", "1e+300"),
+    ("--noise", "21", "21.0"),
+    ("--resolution", "0.001", "0.001"),
+    ("--resolution", "nan", "nan"),
+    ("--clear-range", "1e300", "1e+300"),
+    ("--max-offset", "1e15", "1000000000000000.0"),
+    ("--max-rotation", "nan", "nan"),
+    ("--scale", "1e-300:1", "1e-300:1"),
+    ("--scale", "1000:1000", "1000:1000"),
+    ("--scale", "1_0:2_0", "1_0:2_0"),
+    ("--scale", "nan:1", "nan:1"),
+    ("--scale", "1:inf", "1:inf"),
+    ("--scale", "1", "1"),
+    ("--seed", str(2**128), str(2**128)),
+]
+"""Options past any robot, map or mission: the value as given, and as the refusal tells it."""
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
@@ -76,10 +100,11 @@ def refused(capsys, *arguments):
         (("simulate", "office", "--model", "magic"), ("magic", "octomap")),
         (("simulate", "office", "--robots", "500"), ("500",)),
         (("simulate", "office", "--scale", "wide"), ("scale", "wide")),
-        (("simulate", "office", "--scale", "2:1"), ("scale", "2.0")),
+        (("simulate", "office", "--scale", "2:1"), ("--scale 2:1: must be LO:HI",)),
         (("simulate", "office", "--max-rotation", "200"), ("max-rotation", "200")),
-        (("simulate", "office", "--max-offset", "inf"), ("max_offset", "inf")),
+        (("simulate", "office", "--max-offset", "inf"), ("--max-offset inf: must lie",)),
         (("sense", "no-such-run"), ("no-such-run",)),
+        *((("simulate", "office", option, value), (f"{option} {told}: must ",)) for option, value, told in PAST_ALL),
     ],
 )
 def test_bad_settings_end_in_one_line_and_leave_nothing(capsys, tmp_path, monkeypatch, arguments, expected):
@@ -141,9 +166,26 @@ def test_a_picture_that_is_all_unknown_is_bad_input(capsys, two_maps, tmp_path):
     assert "unknown" in line
 
 
-@pytest.mark.parametrize("scale", ["2:0.5", "0:1", "nan:1", "wide", "1"])
+@pytest.mark.parametrize("scale", ["2:0.5", "0:1", "nan:1", "1:inf", "wide", "1", "0.001:0.001", "1e-300:1", "1_0:2_0"])
 def test_bad_scale_names_the_value(capsys, two_maps, scale):
-    assert scale in refused(capsys, "merge", *two_maps, "--scale", scale)
+    assert f"--scale {scale}: must be " in refused(capsys, "merge", *two_maps, "--scale", scale)
+
+
+@pytest.mark.parametrize("option", ["--scale=1000:1000", "--noise=1e300", "--set=lidar.range_sigma=1e7", "--parts=99"])
+def test_a_setting_that_sense_refuses_is_told_by_its_option(capsys, merged_run, tmp_path, option):
+    name = option.partition("=")[0]
+    line = refused(capsys, "sense", merged_run, option, "--out", tmp_path / "run")
+    assert line.startswith(f"mapquilt: {name} ")
+    assert "must " in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_fits_in_no_memory_is_told_in_one_line(capsys, monkeypatch, merged_run):
+    def huge(run):
+        np.empty(2**58, np.uint8)
+
+    monkeypatch.setattr(mapquilt.cli, "score_run", huge)
+    assert "not enough memory" in refused(capsys, "score", merged_run)
 
 
 def test_unknown_method_lists_the_known_ones(capsys, two_maps):

@@ -74,11 +74,11 @@ def test_lidars_are_listed_with_their_sources(capsys: pytest.CaptureFixture[str]
     [
         (("--lidar", "velodyne"), ("'velodyne'", "rplidar_a1", "thesis")),
         (("--lidar", "lds01", "--rate", "6"), ("6.0 Hz", "lds01")),
-        (("--noise", "-1"), ("noise is -1.0",)),
+        (("--noise", "-1"), ("--noise -1.0: must lie",)),
         (("--set", "lidar.range_sigma=-0.1"), ("--set lidar.range_sigma=-0.1", "range_sigma is -0.1")),
         (("--set", "lidar.dropout=1.5"), ("--set lidar.dropout=1.5", "at most 1")),
         (("--set", "lidar.range_sigma=much"), ("--set lidar.range_sigma=much", "no number")),
-        (("--set", "lidar.range_sigma=nan"), ("--set lidar.range_sigma=nan", "finite")),
+        (("--set", "lidar.range_sigma=nan"), ("--set lidar.range_sigma=nan", "no number")),
         (("--set", "lidar.range_sigma"), ("--set lidar.range_sigma", "NAME=VALUE")),
         (("--set", "lidar.sigma=1"), ("--set lidar.sigma=1", *COMPONENTS)),
     ],

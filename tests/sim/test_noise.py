@@ -16,6 +16,7 @@ from sim.lidar import Lidar
 from sim.lidar_presets import PRESETS
 from sim.mission import Mission
 from sim.noise import COMPONENTS, Noise, Sensed, sense
+from sim.range_noise import RangeNoise
 
 QUIET = Noise.level(0.0)
 
@@ -182,7 +183,7 @@ def test_level_one_is_the_default_and_levels_multiply() -> None:
     assert Noise.level(2.0).lidar.range_sigma == 2.0 * Noise().lidar.range_sigma
     assert Noise.level(2.0).odometry.alpha3 == 2.0 * Noise().odometry.alpha3
     assert Noise.level(2.0).odometry.veer_sigma == 2.0 * Noise().odometry.veer_sigma
-    assert Noise.level(1000.0).lidar.dropout == 1.0
+    assert RangeNoise().scaled(1000.0).dropout == 1.0
 
 
 def test_a_component_is_set_by_its_name_and_nothing_else_changes() -> None:
