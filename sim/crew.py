@@ -9,7 +9,8 @@ from mapping.se2 import SE2
 from mapping.seeds import Role, stream
 from sim.explore import Exploration
 from sim.mission_settings import MissionSettings
-from sim.pilot import Pilot, Policy
+from sim.pilot import Pilot
+from sim.policy import Policy
 from sim.stopwatch import Stopwatch
 from sim.tour import Tour, check_goals, draw_goals, floor_plan
 from worlds.world import World

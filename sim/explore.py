@@ -13,7 +13,7 @@ from mapping.scan import LidarScan
 from mapping.se2 import SE2
 from sim.frontiers import Viewpoints, viewpoints
 from sim.lidar import Lidar
-from sim.pilot import NOWHERE
+from sim.policy import NOWHERE
 from sim.routes import Routes
 
 CELL = 0.1

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +14,11 @@ from sim.avoidance import Avoidance
 from sim.fence import Fence
 from sim.give_way import in_the_way, nearest, patience, retreat, room_at
 from sim.known_floor import KnownFloor
+from sim.policy import NOWHERE, Policy
 from sim.robot import RobotSettings
 from sim.routes import Routes
 from sim.stopwatch import Stopwatch
+from sim.stuck import STUCK_DISTANCE, StuckWatch
 from sim.tracking import Tracker
 from worlds.polygon import Polygon
 
@@ -28,35 +28,12 @@ LOOKAHEAD = (0.2, 0.9)
 """How near and how far ahead on its path a robot aims [m]."""
 ARRIVED = 0.3
 """Distance at which the end of a path counts as reached [m]."""
-STUCK_TIME, STUCK_DISTANCE, STUCK_TURN = 3.0, 0.15, 0.5
-"""A robot that got no farther than this [m] and turned no more than this [rad] in this time [s] is stuck."""
 BAN_TIME = 15.0
 """For this time [s], a goal that could not be reached is not tried again."""
 LEAST_ASIDE, MOST_ASIDE, CLEAR_OF = 3.0, 8.0, 1.6
 """A robot that gave way stands aside for at least and at most this long [s], in between until none is this near [m]."""
 LOOK_AROUND = 0.6
 """A robot that has nowhere to go and does not see all round turns this fast [rad/s]."""
-
-NOWHERE: NDArray[np.float64] = np.empty((0, 2))
-
-
-class Policy(Protocol):
-    """Where a robot wants to go: it knows a map and chooses paths on it."""
-
-    finished: bool
-    """Whether the robot has nothing left to do."""
-
-    def look(self, scan: LidarScan, world_from_base: SE2) -> None:
-        """Take a scan in."""
-
-    def known(self) -> OccupancyGrid:
-        """The map that is known by now."""
-
-    def choose(
-        self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """A path, (N, 2) [m], along these routes on this grid to the best goal; (0, 2) where there is none. Goals
-        near banned places, (2,), are not to be chosen."""
 
 
 class Pilot:
@@ -77,7 +54,7 @@ class Pilot:
         self._path = NOWHERE
         self._planned_at = -math.inf
         self._banned: list[tuple[float, NDArray[np.float64]]] = []
-        self._past: deque[tuple[float, NDArray[np.float64], float]] = deque()
+        self._stuck = StuckWatch()
         self._blocked: tuple[float, NDArray[np.float64], float] | None = None
         self._aside_since = math.inf
         self._moving = self._commanded = (0.0, 0.0)
@@ -116,13 +93,15 @@ class Pilot:
     def _mind_the_way(self, now: float, here: NDArray[np.float64], yaw: float, movers: NDArray[np.float64]) -> None:
         """Wait, make way or plan anew as things stand."""
         if self._waits(now, here, movers):
-            self._past.clear()
+            self._stuck.forget()
             if now - self._planned_at > REPLAN and not self._policy.finished:
                 self._plan(now, here, NOWHERE)
             return
         if self._aside_since < math.inf or self._policy.finished:
             return
-        if self._is_stuck(now, here, yaw):
+        if len(self._path) == 0:
+            self._stuck.forget()
+        elif self._stuck.notes(now, here, yaw):
             self._banned.append((now + BAN_TIME, self._path[-1]))
             self._path, self._planned_at = NOWHERE, -math.inf
         arrived = len(self._path) > 0 and math.dist(here, self._path[-1]) < ARRIVED
@@ -142,7 +121,8 @@ class Pilot:
         if now - self._blocked[0] < self._blocked[2]:
             return True
         self._blocked = None
-        routes = Routes(self._grid(movers), here, self._robot.radius)
+        grid = self._floor.without_movers(self._known(), movers)
+        routes = Routes(grid, here, self._robot.radius)
         cell = retreat(routes, here, other)
         if cell is not None:
             self._path, self._aside_since = routes.path_to(cell), now
@@ -162,8 +142,7 @@ class Pilot:
 
     def _plan(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
         self._planned_at = now
-        known = self._fence.drawn_into(self._policy.known())
-        self._floor.learn(known)
+        known = self._known()
         grid = self._floor.without_movers(known, NOWHERE)
         self._walls = grid.frame.metres_from_cells(np.argwhere(grid.occupied))
         if len(movers):
@@ -172,27 +151,10 @@ class Pilot:
         routes = Routes(grid, here, self._robot.radius)
         self._path = self._policy.choose(now, grid, routes, [place for _, place in self._banned])
 
-    def _grid(self, movers: NDArray[np.float64]) -> OccupancyGrid:
+    def _known(self) -> OccupancyGrid:
         known = self._fence.drawn_into(self._policy.known())
         self._floor.learn(known)
-        return self._floor.without_movers(known, movers)
-
-    def _is_stuck(self, now: float, here: NDArray[np.float64], yaw: float) -> bool:
-        if len(self._path) == 0:
-            self._past.clear()
-            return False
-        self._past.append((now, here, yaw))
-        if now - self._past[0][0] < STUCK_TIME:
-            return False
-        while now - self._past[0][0] > STUCK_TIME:
-            self._past.popleft()
-        stuck = all(
-            math.dist(here, place) < STUCK_DISTANCE and abs(math.remainder(yaw - turned, math.tau)) < STUCK_TURN
-            for _, place, turned in self._past
-        )
-        if stuck:
-            self._past.clear()
-        return stuck
+        return known
 
 
 def stretch_ahead(path: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:

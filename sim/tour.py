@@ -12,9 +12,10 @@ from scipy import ndimage
 from mapping.grid import OccupancyGrid
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
-from sim.pilot import ARRIVED, NOWHERE
+from sim.pilot import ARRIVED
+from sim.policy import NOWHERE
 from sim.routes import Routes
-from sim.starts import CELL
+from sim.start_draws import CELL
 from worlds.floor import find_floor
 from worlds.raster import true_raster
 from worlds.world import World
