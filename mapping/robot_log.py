@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,8 @@ from mapping.trajectory import Trajectory
 class RobotLog:
     """What a real robot could bring home: its scans, its odometry and where its lidar is mounted. No truth inside.
 
-    ``odometry`` is ``odom_from_base``, one pose at the stamp of each scan.
+    ``odometry`` is ``odom_from_base``, one pose at the stamp of each scan; ``robot`` is what the robot is called, if
+    it has a name.
 
     Raises ``ValueError`` where scans and odometry do not match.
     """
@@ -25,6 +27,7 @@ class RobotLog:
     scans: tuple[LidarScan, ...]
     odometry: Trajectory
     base_from_lidar: SE2
+    robot: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scans", tuple(self.scans))
@@ -32,7 +35,7 @@ class RobotLog:
 
     def part(self, start: int, stop: int) -> RobotLog:
         """Scans ``start`` to ``stop - 1`` alone. Raises ``ValueError`` where that leaves none."""
-        return RobotLog(self.scans[start:stop], self.odometry.part(start, stop), self.base_from_lidar)
+        return dataclasses.replace(self, scans=self.scans[start:stop], odometry=self.odometry.part(start, stop))
 
 
 @dataclass(frozen=True, eq=False)

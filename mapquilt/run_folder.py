@@ -22,6 +22,8 @@ from pathlib import Path
 from mapping.atomic import folder_aside, write_files_aside
 from mapping.map_file import load_map
 from mapping.map_set import MapSet
+from mapping.robot_log import RobotLog
+from mapping.robot_log_file import load_robot_log
 from mapping.within import within
 from mapquilt.json_file import read_record, record_bytes
 
@@ -120,6 +122,18 @@ def load_maps(folder: Path) -> MapSet:
         resolutions_trusted=record["resolutions_trusted"],
         provenance=record["provenance"],
     )
+
+
+def load_log(folder: Path, name: str) -> RobotLog:
+    """The log that the robot of that map brought home.
+
+    Raises ``ValueError`` or ``OSError`` naming the file that is missing, wrong, or the log of another.
+    """
+    path = folder / name / LOG_FILE
+    log = load_robot_log(path)
+    if log.robot != name:
+        raise ValueError(f"{path}: is the log of {log.robot[:100]!r}, not of {name!r}")
+    return log
 
 
 def _check_names(names: tuple[str, ...]) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from mapping.grid import OccupancyGrid
 from mapping.robot_log import RobotLog
-from mapping.robot_log_file import load_robot_log
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
 from sim.mission_file import load_mission
@@ -41,6 +40,6 @@ def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
     if len(mission.robots) != len(maps):
         raise ValueError(f"{mission_folder}: holds {len(mission.robots)} robots, but the run has {len(maps)} maps")
     return tuple(
-        RunRobot(name, load_robot_log(run / name / run_folder.LOG_FILE), grid, truth.trajectory)
+        RunRobot(name, run_folder.load_log(run, name), grid, truth.trajectory)
         for name, grid, truth in zip(maps.names, maps.grids, mission.robots, strict=True)
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from mapping.believed import by_odometry
@@ -125,7 +125,7 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
 
 
 def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
-    log, truth = sensed.log.part(place.start, place.stop), place.truth
+    log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
     believed = by_odometry(log) if settings.poses == "odometry" else truth.trajectory.from_start()
     drawn = map_log(log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
     seen = sightings(log, truth, believed, sensed.replaced[place.start : place.stop])

@@ -12,7 +12,6 @@ from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot_log import RobotLog
-from mapping.robot_log_file import load_robot_log
 from mapping.similarity2 import Similarity2
 from mapquilt import run_folder
 from mapquilt.dataset.group import SAMPLES_FOLDER
@@ -43,7 +42,7 @@ class DatasetSample:
         return load_truth(self.folder / run_folder.TRUTH_FILE)
 
     def log(self, name: str) -> RobotLog:
-        return load_robot_log(self.folder / name / run_folder.LOG_FILE)
+        return run_folder.load_log(self.folder, name)
 
 
 @dataclass(frozen=True)

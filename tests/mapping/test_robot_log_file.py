@@ -30,13 +30,13 @@ def random_log(seed: int, scans: int, beams: int) -> RobotLog:
         step = rng.uniform(0.01, 6.0 / beams) * rng.choice([-1.0, 1.0])
         sweeps.append(LidarScan(stamp, rng.normal(), step, rng.uniform(0, 0.4), rng.uniform(5.5, 80.0), ranges))
     poses = rng.normal(size=(scans, 3)) * 100.0
-    return RobotLog(tuple(sweeps), Trajectory(stamps, poses), SE2(*rng.normal(size=3)))
+    return RobotLog(tuple(sweeps), Trajectory(stamps, poses), SE2(*rng.normal(size=3)), f"robot_{seed % 7}")
 
 
 def assert_same(a: RobotLog, b: RobotLog) -> None:
     np.testing.assert_array_equal(a.odometry.stamps, b.odometry.stamps)
     np.testing.assert_array_equal(a.odometry.poses, b.odometry.poses)
-    assert a.base_from_lidar == b.base_from_lidar
+    assert (a.base_from_lidar, a.robot) == (b.base_from_lidar, b.robot)
     for one, other in zip(a.scans, b.scans, strict=True):
         np.testing.assert_array_equal(one.ranges, other.ranges)
         for name in ("stamp", "angle_min", "angle_increment", "range_min", "range_max"):
@@ -129,6 +129,8 @@ def test_a_file_of_another_kind_is_refused(path: Path) -> None:
         ("angle_increment", lambda a: a[:-1], "the arrays do not have the same length"),
         ("angle_min", lambda a: a * np.inf, "angle_min is"),
         ("range_max", lambda a: a * 0.0, "out of order"),
+        ("robot", lambda a: a[None], "robot is of type <U7 and shape (1,)"),
+        ("robot", lambda a: np.array(7), "robot is of type int64 and shape ()"),
     ],
 )
 def test_a_value_that_would_make_a_bad_map_is_refused(path: Path, name: str, change, message: str) -> None:

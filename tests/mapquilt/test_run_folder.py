@@ -69,6 +69,15 @@ def test_a_scale_past_any_map_is_refused_by_name(fresh_run, capsys, value):
     assert refused(capsys, "score", fresh_run).startswith(f"{fresh_run / 'truth.json'}: ")
 
 
+def test_the_log_of_another_robot_is_refused_by_name(fresh_run, tmp_path, capsys):
+    logs = [fresh_run / f"robot_{k}/log.npz" for k in range(2)]
+    contents = [log.read_bytes() for log in logs]
+    for log, content in zip(logs, reversed(contents), strict=True):
+        log.write_bytes(content)
+    line = refused(capsys, "convert", fresh_run, tmp_path / "tum", "--to", "tum")
+    assert line == f"{logs[0]}: is the log of 'robot_1', not of 'robot_0'"
+
+
 def test_maps_are_found_wherever_the_run_is_named_from(merged_run, monkeypatch):
     monkeypatch.chdir(merged_run.parent)
     for folder in (merged_run, merged_run.relative_to(merged_run.parent)):
