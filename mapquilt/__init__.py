@@ -1,10 +1,35 @@
-"""The workbench: command line, runs, scores and pictures. The names below are what most scripts need."""
+"""The workbench: command line, runs, scores and pictures. The names below are what most scripts need.
 
-from mapping.map_file import load_map, save_map
-from mapping.map_set import MapSet
-from mapquilt.dataset.loader import load_dataset
-from merge.merger import merge_maps
-from merge.scale_range import ScaleRange
-from merge.settings import MergeSettings
+They are loaded when first used, so that the command line is there before what it may need.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mapping.map_file import load_map, save_map
+    from mapping.map_set import MapSet
+    from mapquilt.dataset.loader import load_dataset
+    from merge.merger import merge_maps
+    from merge.scale_range import ScaleRange
+    from merge.settings import MergeSettings
 
 __all__ = ["MapSet", "MergeSettings", "ScaleRange", "load_dataset", "load_map", "merge_maps", "save_map"]
+
+_HOMES = {
+    "MapSet": "mapping.map_set",
+    "MergeSettings": "merge.settings",
+    "ScaleRange": "merge.scale_range",
+    "load_dataset": "mapquilt.dataset.loader",
+    "load_map": "mapping.map_file",
+    "merge_maps": "merge.merger",
+    "save_map": "mapping.map_file",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'mapquilt' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

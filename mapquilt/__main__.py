@@ -1,6 +1,44 @@
-"""``python -m mapquilt``."""
+"""The command: ``mapquilt``, or ``python -m mapquilt``. It is small, so that an interrupt finds it ready."""
 
-from mapquilt.cli import main
+from __future__ import annotations
+
+import os
+import sys
+
+from mapquilt.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED
+
+
+def main() -> None:
+    """Run the command line, which takes a second to load, and leave with its exit status."""
+    try:
+        from mapquilt.cli import run
+
+        status = run(sys.argv[1:])
+    except KeyboardInterrupt:
+        status = _fail("interrupted", INTERRUPTED)
+    except OSError as error:
+        status = _fail(str(error), BAD_INPUT)
+    except SystemExit:  # what prints tables leaves so where nobody reads standard output any more
+        status = CLOSED_PIPE
+    sys.exit(_flushed(status))
+
+
+def _fail(message: str, status: int) -> int:
+    sys.stderr.write(f"mapquilt: {message}\n")
+    return status
+
+
+def _flushed(status: int) -> int:
+    """Write out what was printed. What nobody takes is dropped, lest the interpreter try again at its end."""
+    if sys.stdout is None:
+        return status
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return CLOSED_PIPE if isinstance(error, BrokenPipeError) else _fail(f"standard output: {error}", BAD_INPUT)
+    return status
+
 
 if __name__ == "__main__":
     main()

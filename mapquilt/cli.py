@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 import traceback
 from pathlib import Path
 from typing import Annotated
@@ -17,6 +16,7 @@ from mapquilt.convert import Format
 from mapquilt.convert import convert as convert_files
 from mapquilt.coverage_file import coverage_line
 from mapquilt.dataset.command import app as dataset_app
+from mapquilt.exit_status import ALL_MERGED, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, SOME_REFUSED
 from mapquilt.lidar_table import lidar_table
 from mapquilt.load_maps import load_map_files
 from mapquilt.merge_file import merge_record
@@ -46,16 +46,14 @@ from sim.drive import Drive, DriveLimits
 from sim.mission_settings import PolicyName
 from sim.starts import Starts
 
-ALL_MERGED, SOME_REFUSED, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 1, 2, 70, 130
-"""Exit statuses."""
-
 _OF_A_FIELD = re.compile(r"(?:[A-Z]\w*: )?([a-z_]+) is (\S+), (must .+)")
 """What settings say of a field that is out of range."""
 
 app = typer.Typer(
     name="mapquilt",
     help="Simulate teams of robots that map a place, merge their occupancy grids, and score the merge against the "
-    "truth.\n\nExit status: 0 all merged, 1 some map was refused, 2 bad input, 70 internal error, 130 interrupted.",
+    "truth.\n\nExit status: 0 all merged, 1 some map was refused, 2 bad input, 70 internal error, 130 interrupted, "
+    "141 nobody read on.",
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -350,8 +348,3 @@ def _by_option(message: str, arguments: list[str]) -> str:
 def _fail(message: str, status: int) -> int:
     typer.echo(f"mapquilt: {' '.join(message.split())}", err=True)
     return status
-
-
-def main() -> None:
-    """Entry point of the installed command."""
-    sys.exit(run(sys.argv[1:]))

@@ -58,7 +58,8 @@ def test_the_wheel_holds_no_tests(wheel: Path) -> None:
 @pytest.mark.skipif(not (ROOT / "mapquilt" / "cli.py").exists(), reason="the command line is not there yet")
 def test_the_command_runs_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     run = (
-        "import sys, mapquilt.cli; print(mapquilt.cli.__file__); sys.argv = ['mapquilt', '--help']; mapquilt.cli.main()"
+        "import sys, mapquilt.__main__ as command; print(command.__file__); sys.argv = ['mapquilt', '--help']; "
+        "command.main()"
     )
     environment = os.environ | {"PYTHONPATH": str(wheel)}
     done = subprocess.run(
