@@ -152,8 +152,8 @@ def simulate(
     disguise = disguise_ranges(scale, max_rotation, max_offset)
     alone = parse_components(components or [])
     sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, components=alone)
-    with mission_progress(mission.duration) as on_progress:
-        made = simulate_run(out, place, mission, sample, seed, on_progress, paths)
+    with mission_progress(mission.duration) as (on_progress, on_mapping):
+        made = simulate_run(out, place, mission, sample, seed, on_progress, paths, on_mapping)
     print_table(
         f"{out}: {len(mission.robots)} maps of {place.name}, seed {seed}, {mission.duration:g} s, noise {noise:g}"
     )
@@ -186,7 +186,8 @@ def sense(
     alone = parse_components(components or [])
     seed = run_seed(run) if seed is None else seed
     settings = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, parts, alone)
-    mission = sense_run(run, out, settings)
+    with count_progress("mapping") as on_mapping:
+        mission = sense_run(run, out, settings, on_mapping)
     print_table(f"{out}: {len(mission.robots)} maps of {mission.world.name} from {run}, noise {noise:g}")
     return ALL_MERGED
 

@@ -17,16 +17,22 @@ def _bar(*columns: str) -> Progress:
 
 
 @contextmanager
-def mission_progress(duration: float) -> Iterator[Callable[[float], None]]:
-    """A bar of simulated seconds with the real-time factor; the block calls the function with the time done [s]."""
-    with _bar("simulating", "{task.completed:.0f}/{task.total:.0f} s", "{task.fields[factor]}") as bar:
-        task = bar.add_task("", total=duration, factor="")
+def mission_progress(duration: float) -> Iterator[tuple[Callable[[float], None], Callable[[int, int], None]]]:
+    """A bar of simulated seconds with the real-time factor, and below it, once they begin, one of the steps of mapping;
+    the block calls the first function with the time done [s], the second with the steps done, of how many."""
+    with _bar("{task.description}", "{task.completed:.0f}/{task.total:.0f}", "{task.fields[note]}") as bar:
+        driving = bar.add_task("simulating", total=duration, note="s")
+        mapping = bar.add_task("mapping", total=1.0, note="steps", start=False, visible=False)
 
-        def advance(done: float) -> None:
+        def simulated(done: float) -> None:
             elapsed = bar.tasks[0].elapsed or 0.0
-            bar.update(task, completed=done, factor=f"{done / elapsed:.0f} x real time" if elapsed > 0.5 else "")
+            bar.update(driving, completed=done, note=f"s, {done / elapsed:.0f} x real time" if elapsed > 0.5 else "s")
 
-        yield advance
+        def mapped(done: int, total: int) -> None:
+            bar.start_task(mapping)
+            bar.update(mapping, completed=done, total=total, visible=True)
+
+        yield simulated, mapped
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,7 +20,7 @@ from mapquilt.overview import overview_figure
 from mapquilt.png import figure_png
 from mapquilt.run_score import RunScore, score_answer, score_bytes
 from mapquilt.run_writer import fill_run
-from mapquilt.sample import Sample, SampleSettings, make_sample
+from mapquilt.sample import Sample, SampleSettings, make_sample, sample_steps
 from mapquilt.truth_file import load_truth
 from merge.merger import Progress, merge_maps
 from merge.result import MergeResult
@@ -31,6 +32,7 @@ from sim.mission_settings import MissionSettings
 from worlds.world import World
 
 SimulationProgress = Callable[[float], None]
+"""Called with the time done [s]."""
 
 
 def simulate_run(
@@ -41,35 +43,56 @@ def simulate_run(
     seed: int,
     on_progress: SimulationProgress | None = None,
     replay: Sequence[Trajectory] = (),
+    on_mapping: Progress | None = None,
 ) -> Sample:
     """Drive the robots, sense, map, disguise, and write the whole run."""
     run_folder.refuse_foreign(out)
     mission, times = simulate(world, mission_settings, seed, on_progress, replay, sample_settings.clear_range)
-    return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)})
+    return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)}, on_mapping)
 
 
-def sense_run(run: Path, out: Path, settings: SampleSettings) -> Mission:
+def sense_run(run: Path, out: Path, settings: SampleSettings, on_mapping: Progress | None = None) -> Mission:
     """Make another run of a stored mission, without the simulator."""
     run_folder.refuse_foreign(out)
     mission = load_mission(run_folder.mission_folder(run))
-    write_run(out, mission, settings, {})
+    write_run(out, mission, settings, {}, on_mapping)
     return mission
 
 
-def write_run(out: Path, mission: Mission, settings: SampleSettings, timings: dict[str, dict[str, float]]) -> Sample:
+def write_run(
+    out: Path,
+    mission: Mission,
+    settings: SampleSettings,
+    timings: dict[str, dict[str, float]],
+    on_progress: Progress | None = None,
+) -> Sample:
     """Make the maps of a mission and write the run, whole or not at all."""
+    step = _counted(on_progress, sample_steps(len(mission.robots), settings.parts) + 1)
     start = time.perf_counter()
-    sample = make_sample(mission, settings)
+    sample = make_sample(mission, settings, on_step=step)
     sampled = time.perf_counter() - start
     with run_folder.new_run(out) as folder:
         save_mission(mission, folder / run_folder.MISSION_FOLDER)
         fill_run(folder, mission, settings, sample)
         write_coverage(folder, coverage(mission, settings.clear_range))
+        step()
         for stage, seconds in timings.items():
             run_folder.add_timings(folder, stage, seconds)
         written = time.perf_counter() - start - sampled
         run_folder.add_timings(folder, "sense", {"sense_and_map": sampled, "write": written})
     return sample
+
+
+def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
+    """Tells of no step now, and of one more at each call."""
+    counter = itertools.count()
+
+    def step() -> None:
+        if on_progress is not None:
+            on_progress(next(counter), total)
+
+    step()
+    return step
 
 
 def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -87,23 +88,34 @@ class _MapSample:
     truth: MapTruth
 
 
-def make_sample(mission: Mission, settings: SampleSettings, places: TruePlaces | None = None) -> Sample:
+def sample_steps(robots: int, parts: int) -> int:
+    """Of how many steps :func:`make_sample` tells: what each map and each pair truly show, then each map."""
+    maps = robots * parts
+    return maps + maps * (maps - 1) // 2 + maps
+
+
+def make_sample(
+    mission: Mission,
+    settings: SampleSettings,
+    places: TruePlaces | None = None,
+    on_step: Callable[[], None] = lambda: None,
+) -> Sample:
     """Sense, map and disguise a mission once; the same settings give the same sample.
 
-    ``places`` may be had once for many samples of one mission and one number of parts. Raises ``ValueError`` where a
-    robot saw nothing to map.
+    ``places`` may be had once for many samples of one mission and one number of parts. ``on_step`` is called after
+    each of :func:`sample_steps`. Raises ``ValueError`` where a robot saw nothing to map.
     """
     if places is None:
-        places = true_places(mission, settings.parts, settings.clear_range)
+        places = true_places(mission, settings.parts, settings.clear_range, on_step)
     sensed = [
         sense(truth, settings.noise_of(lidar), settings.seed, index)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
     ]
     disguises = draw_disguises(settings.seed, len(places.maps), settings.disguise)
-    made = [
-        _make_map(sensed[place.robot], place, settings, start_from_map)
-        for place, start_from_map in zip(places.maps, disguises, strict=True)
-    ]
+    made = []
+    for place, start_from_map in zip(places.maps, disguises, strict=True):
+        made.append(_make_map(sensed[place.robot], place, settings, start_from_map))
+        on_step()
     names = places.names
     return Sample(
         maps=MapSet(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from mapping.grid import OccupancyGrid
@@ -55,21 +56,27 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
     )
 
 
-def true_places(mission: Mission, parts: int = 1, clear_range: float = 0.0) -> TruePlaces:
+def true_places(
+    mission: Mission, parts: int = 1, clear_range: float = 0.0, on_step: Callable[[], None] = lambda: None
+) -> TruePlaces:
     """Cut each robot's mission in time into equal parts, and find what each part could have seen.
 
-    Raises ``ValueError`` where the mission has fewer scans than parts.
+    ``on_step`` is called after each map and each pair. Raises ``ValueError`` where the mission has fewer scans than
+    parts.
     """
     check_parts(parts)
     world = true_raster(mission.world, TRUE_RESOLUTION)
     places = itertools.product(range(len(mission.robots)), range(parts))
     names = map_names(len(mission.robots), parts)
-    maps = tuple(
-        _true_map(name, world, robot, mission.robots[robot], (part, parts), clear_range)
-        for name, (robot, part) in zip(names, places, strict=True)
-    )
-    pairs = {(a.name, b.name): PairPlaces.of(a.footprint, b.footprint) for a, b in itertools.combinations(maps, 2)}
-    return TruePlaces(world, maps, pairs)
+    maps: list[TrueMap] = []
+    for name, (robot, part) in zip(names, places, strict=True):
+        maps.append(_true_map(name, world, robot, mission.robots[robot], (part, parts), clear_range))
+        on_step()
+    pairs = {}
+    for a, b in itertools.combinations(maps, 2):
+        pairs[a.name, b.name] = PairPlaces.of(a.footprint, b.footprint)
+        on_step()
+    return TruePlaces(world, tuple(maps), pairs)
 
 
 def _true_map(
