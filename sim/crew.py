@@ -20,7 +20,8 @@ def make_pilots(
     world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int, stopwatch: Stopwatch
 ) -> list[Pilot]:
     """A pilot for each robot, with the policy of the mission. Raises ``ValueError`` naming a goal out of reach."""
-    policies = _tours(world, settings, starts, seed) if settings.policy == "tour" else _explorations(settings, starts)
+    tours = settings.policy == "tour"
+    policies = make_tours(world, settings, starts, seed) if tours else _explorations(settings, starts)
     return [
         Pilot(robot, rank, policy, stopwatch, world.fence)
         for rank, (robot, policy) in enumerate(zip(settings.robots, policies, strict=True))
@@ -34,7 +35,8 @@ def _explorations(settings: MissionSettings, starts: Sequence[SE2]) -> list[Poli
     return [Exploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
 
 
-def _tours(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Policy]:
+def make_tours(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Tour]:
+    """A tour for each robot. Raises ``ValueError`` naming a goal out of reach."""
     plan = floor_plan(world)
     check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots))
     return [

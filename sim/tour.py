@@ -36,7 +36,8 @@ class Tour:
 
     def __init__(self, plan: OccupancyGrid, goals: Sequence[Goal], first: int = 0) -> None:
         self._plan = plan
-        self._goals = [np.array(goal) for goal in goals]
+        self.goals = tuple(goals)
+        self._places = [np.array(goal) for goal in goals]
         self._next = first % len(goals)
         self._here = np.zeros(2)
         self.finished = False
@@ -53,11 +54,11 @@ class Tour:
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The path to the present goal, or to the next one once it is reached; (0, 2) where all are out of reach."""
-        if self._is_at(self._goals[self._next]):
-            self._next = (self._next + 1) % len(self._goals)
-        for step in range(len(self._goals)):
-            number = (self._next + step) % len(self._goals)
-            goal = self._goals[number]
+        if self._is_at(self._places[self._next]):
+            self._next = (self._next + 1) % len(self._places)
+        for step in range(len(self._places)):
+            number = (self._next + step) % len(self._places)
+            goal = self._places[number]
             cell = grid.frame.cells_from_metres(goal[None])[0]
             tried = any(math.dist(goal, place) < REACHED for place in banned)
             if not tried and not self._is_at(goal) and np.isfinite(routes.costs[tuple(cell)]):

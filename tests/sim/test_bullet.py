@@ -117,7 +117,7 @@ def test_a_robot_sees_the_others_and_not_itself() -> None:
 
 
 def test_a_commanded_arc_is_driven_upright() -> None:
-    at_once = RobotSettings(limits=DriveLimits(acceleration=1e6, turn_acceleration=1e6))
+    at_once = RobotSettings(limits=DriveLimits(acceleration=100.0, turn_acceleration=100.0))
     with BulletScene(World("nothing", 0, (9, 9), ()), [SE2(4, 4, 0.5)], at_once) as scene:
         touched = scene.advance([(0.5, 0.8)], 0.01, 300)
         end = scene.pose(0)

@@ -12,6 +12,7 @@ import pytest
 
 from mapping.se2 import SE2
 from mapping.trajectory import Trajectory
+from sim.crew import make_tours
 from sim.mission import Mission, simulate
 from sim.mission_file import load_mission, save_mission
 from sim.mission_settings import MissionSettings
@@ -31,6 +32,21 @@ def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: 
         first = [int(np.argmax(each)) if each.any() else -1 for each in away]
         assert min(first) >= 0
         assert first[rank] < first[1 - rank]
+
+
+def test_each_robot_draws_goals_of_its_own() -> None:
+    world, starts = make_world("open_hall", 1), [SE2(8.0, 8.0)] * 3
+    tours = make_tours(world, MissionSettings(3, 1.0, policy="tour"), starts, seed=1)
+    assert len({tour.goals for tour in tours}) == 3
+    assert len({goal for tour in tours for goal in tour.goals}) > 20
+
+
+def test_robots_that_start_together_explore_apart() -> None:
+    mission, _ = simulate(make_world("open_hall", 2), MissionSettings(4, 8.0, starts="close"), 2)
+    ways = np.array([robot.trajectory.poses[-1, :2] - robot.trajectory.poses[0, :2] for robot in mission.robots])
+    directions = ways / np.hypot(*ways.T)[:, None]
+    assert np.hypot(*ways.T).min() > 1.0
+    assert np.hypot(*directions.mean(axis=0)) < 0.5
 
 
 def test_drawn_goals_are_the_seeds() -> None:
