@@ -85,7 +85,7 @@ def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
     write = {"tum": _write_tum, "carmen": _write_carmen, "rosbag": _write_bag}[to]
     with folder_aside(out) as folder:
         write(folder, robots)
-    return Conversion(f"{out}: {to} of {len(robots)} robots, {len(robots[0].log.scans)} scans each")
+    return Conversion(f"{out}: {to} of {len(robots)} logs, {sum(len(robot.log.scans) for robot in robots)} scans")
 
 
 def _require_new_folder(out: Path) -> None:

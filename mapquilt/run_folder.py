@@ -101,6 +101,12 @@ def mission_folder(folder: Path) -> Path:
     return mission
 
 
+def parts(folder: Path) -> int:
+    """Into how many parts each robot's mission was cut in time: as many maps each. Raises ``ValueError`` where the
+    folder is no run."""
+    return int(read_record(require_run(folder) / RUN_FILE, "run")["parts"])
+
+
 def load_maps(folder: Path) -> MapSet:
     """The map set of a run, from its map files alone.
 

@@ -11,13 +11,15 @@ from mapping.grid import OccupancyGrid
 from mapping.robot_log import RobotLog
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
+from mapquilt.true_places import map_names, part_bounds
+from sim.mission import Mission
 from sim.mission_file import load_mission
 
 
 @dataclass(frozen=True, eq=False)
 class RunRobot:
     """A robot's ``name``, the ``log`` it brought home, its disguised map ``grid``, and ``world_from_base``, where it
-    truly was at the stamps of the log.
+    truly was at the stamps of the log. Where a mission was cut in time, each part of a robot's has a name of its own.
 
     Raises ``ValueError`` where truth and log have different stamps.
     """
@@ -36,10 +38,20 @@ def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
     """The robots of a run, in order. Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong."""
     maps = run_folder.load_maps(run)
     mission_folder = run_folder.mission_folder(run)
-    mission = load_mission(mission_folder)
-    if len(mission.robots) != len(maps):
-        raise ValueError(f"{mission_folder}: holds {len(mission.robots)} robots, but the run has {len(maps)} maps")
+    paths = _true_paths(load_mission(mission_folder), run_folder.parts(run))
+    if tuple(paths) != maps.names:
+        raise ValueError(f"{mission_folder}: is of {', '.join(paths)}, but the run has {', '.join(maps.names)}")
     return tuple(
-        RunRobot(name, run_folder.load_log(run, name), grid, truth.trajectory)
-        for name, grid, truth in zip(maps.names, maps.grids, mission.robots, strict=True)
+        RunRobot(name, run_folder.load_log(run, name), grid, paths[name])
+        for name, grid in zip(maps.names, maps.grids, strict=True)
     )
+
+
+def _true_paths(mission: Mission, parts: int) -> dict[str, Trajectory]:
+    """Where the robot of each map truly was."""
+    cuts = [
+        truth.trajectory.part(*part_bounds(len(truth.scans), part, parts))
+        for truth in mission.robots
+        for part in range(parts)
+    ]
+    return dict(zip(map_names(len(mission.robots), parts), cuts, strict=True))

@@ -56,6 +56,11 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
     )
 
 
+def part_bounds(scans: int, part: int, parts: int) -> tuple[int, int]:
+    """The first scan of a part, and the first after it, where a robot's scans are cut in time into equal parts."""
+    return scans * part // parts, scans * (part + 1) // parts
+
+
 def true_places(
     mission: Mission, parts: int = 1, clear_range: float = 0.0, on_step: Callable[[], None] = lambda: None
 ) -> TruePlaces:
@@ -85,7 +90,7 @@ def _true_map(
     (part, parts), scans = cut_at, len(truth.scans)
     if scans < parts:
         raise ValueError(f"parts is {parts}, but robot_{robot} has only {scans} scans")
-    start, stop = scans * part // parts, scans * (part + 1) // parts
+    start, stop = part_bounds(scans, part, parts)
     cut = truth.part(start, stop)
     seen = footprint(world, observed(cut, world.frame, clear_range))
     return TrueMap(name, robot, start, stop, cut, seen)

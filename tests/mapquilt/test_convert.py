@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -160,6 +161,42 @@ def test_a_run_becomes_tum_trajectories(merged_run: Path, tmp_path: Path) -> Non
             np.testing.assert_array_equal(read.stamps, path.stamps)
             np.testing.assert_array_equal(read.poses[:, :2], path.poses[:, :2])
             np.testing.assert_allclose(np.sin(read.poses[:, 2] - path.poses[:, 2]), 0.0, atol=1e-14)
+
+
+@pytest.fixture(scope="module")
+def run_in_parts(merged_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("runs") / "parts"
+    assert command("sense", merged_run, "--parts", 3, "--out", out) == 0
+    return out
+
+
+def test_a_run_cut_in_parts_becomes_the_parts_of_each_robot(
+    merged_run: Path, run_in_parts: Path, tmp_path: Path
+) -> None:
+    for run, name in ((merged_run, "whole"), (run_in_parts, "parts")):
+        assert command("convert", run, tmp_path / name, "--to", "tum") == 0
+    for robot in ("robot_0", "robot_1"):
+        whole = load_tum(tmp_path / "whole" / robot / "truth.tum")
+        for file in ("truth.tum", "odometry.tum"):
+            cut = [load_tum(tmp_path / "parts" / f"{robot}_part_{part}" / file) for part in range(3)]
+            np.testing.assert_array_equal(np.concatenate([part.stamps for part in cut]), whole.stamps)
+            if file == "truth.tum":
+                np.testing.assert_array_equal(np.concatenate([part.poses for part in cut]), whole.poses)
+
+
+@pytest.mark.parametrize("to", ["carmen", "rosbag"])
+def test_a_run_cut_in_parts_has_every_format(run_in_parts: Path, tmp_path: Path, to: str) -> None:
+    assert command("convert", run_in_parts, tmp_path / "out", "--to", to) == 0
+    if to == "carmen":
+        assert len(list((tmp_path / "out").glob("robot_?_part_?/log.carmen"))) == 6
+
+
+def test_a_run_whose_maps_are_not_those_of_its_mission_is_refused(run_in_parts: Path, tmp_path: Path, capsys) -> None:
+    run = Path(shutil.copytree(run_in_parts, tmp_path / "run"))
+    (run / "run.json").write_text((run / "run.json").read_text().replace('"parts": 3', '"parts": 2'))
+    line = refused(capsys, run, tmp_path / "out", "--to", "tum")
+    assert "mission: is of robot_0_part_0, robot_0_part_1, robot_1_part_0, robot_1_part_1, but" in line
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_run_becomes_carmen_logs_with_the_true_poses(merged_run: Path, tmp_path: Path) -> None:
