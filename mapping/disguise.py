@@ -23,7 +23,8 @@ LARGEST_OFFSET = 1e7
 
 @dataclass(frozen=True)
 class DisguiseRanges:
-    """What disguises are drawn from: scale log-uniform, rotation and offset uniform.
+    """What disguises are drawn from: rotation and offset uniform, the logarithm of the scale the sum of two uniform
+    numbers, one of the team and one of the map, so that scales in the middle are likelier than those at the ends.
 
     ``scale_low`` and ``scale_high`` are true metres per stated metre; ``max_yaw`` [rad] bounds the rotation either
     way, ``max_offset`` the shift of either coordinate [stated metres].
@@ -62,9 +63,11 @@ def draw_disguises(seed: int, maps: int, ranges: DisguiseRanges) -> tuple[Simila
     """``start_from_map`` of each map of a team: from metres as the disguised map will state them to metres of the
     robot's start frame.
 
-    The team shares a scale, drawn from the middle half of the range, and each map has one of its own around it, so
-    that the scale of one map to another stays in a range of that width too: 0.5 to 2 for the default. Each map has a
-    stream of its own and four draws whatever the ranges, so that narrowing one leaves the others as they are.
+    In logarithms, the team shares a scale, uniform in the middle half of the range, and each map adds one of its own,
+    uniform in half the range's width around 0. A map's scale is thus the sum of two uniform draws, not log-uniform
+    itself; the ratio of two maps' scales, in which the team's drops out, stays within sqrt(low / high) and
+    sqrt(high / low): 0.5 to 2 for the default. Each map has a stream of its own and four draws whatever the ranges, so
+    that narrowing one leaves the others as they are.
     """
     centre = math.log(ranges.scale_low * ranges.scale_high) / 2.0
     width = math.log(ranges.scale_high / ranges.scale_low)

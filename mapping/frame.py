@@ -34,11 +34,6 @@ class GridFrame:
         if min(self.shape) < 1:
             raise ValueError(f"GridFrame: shape is {self.shape}, needs at least one cell")
 
-    @property
-    def diagonal(self) -> float:
-        """Length of the raster's diagonal [m]."""
-        return self.resolution * math.hypot(*self.shape)
-
     def metres_from_cells(self, cells: ArrayLike) -> NDArray[np.float64]:
         """Centres [m], (N, 2) rows of x, y, of cells given as (N, 2) rows of row, col."""
         cells = np.asarray(cells, dtype=np.float64)

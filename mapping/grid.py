@@ -17,6 +17,9 @@ OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 TRINARY_LOG_ODDS = math.log(0.9 / 0.1)
 """What a cell of a trinary file counts for: occupied with probability 0.9, or 0.1 where free."""
 
+SMALLEST_MISS = np.float32(-1e-6)
+"""What a seen cell holds whose evidence cancels: still free, and no longer unknown."""
+
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:
@@ -55,6 +58,14 @@ class OccupancyGrid:
     @property
     def known(self) -> NDArray[np.bool_]:
         return np.not_equal(self.log_odds, 0.0)
+
+    @property
+    def known_diagonal(self) -> float:
+        """Diagonal of the box around the known cells [stated metres]; 0 where none is known."""
+        rows, cols = np.nonzero(self.known)
+        if rows.size == 0:
+            return 0.0
+        return self.frame.resolution * math.hypot(float(np.ptp(rows)) + 1.0, float(np.ptp(cols)) + 1.0)
 
     def cropped(self, margin: int = 0) -> OccupancyGrid:
         """The box of the known cells with ``margin`` cells around it, unknown where the raster ends; cells and metres

@@ -8,16 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
+from mapping.grid import SMALLEST_MISS, OccupancyGrid
 from mapping.robot_log import RobotLog
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
 from mapping.sensor_model import OCTOMAP, CountingModel, LogOddsModel, SensorModel, logit
 from mapping.trajectory import Trajectory
 from mapping.traversal import SKIP, beam_ends, draw_scan
-
-SMALLEST_MISS = np.float32(-1e-6)
-"""What a seen cell holds whose evidence cancels: still free, and no longer unknown."""
 
 COUNTING_LIMIT = 7.0
 """Log-odds that stand for a share of hits of 0 or 1, where the logarithm has no end."""

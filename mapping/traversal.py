@@ -20,29 +20,6 @@ SKIP, MISS, HIT = 0, 1, 2
 
 
 @njit(cache=True)
-def traverse(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.int64]:
-    """Cells from the start's to the end's in order, (N, 2) rows of row, col."""
-    dx, dy = x1 - x0, y1 - y0
-    col, row = math.floor(x0), math.floor(y0)
-    steps_x, steps_y = abs(math.floor(x1) - col), abs(math.floor(y1) - row)
-    step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-    apart_x, apart_y = (abs(1.0 / dx) if steps_x else math.inf), (abs(1.0 / dy) if steps_y else math.inf)
-    to_x = (col + 1 - x0) if dx > 0.0 else (x0 - col)
-    to_y = (row + 1 - y0) if dy > 0.0 else (y0 - row)
-    cells = np.empty((steps_x + steps_y + 1, 2), np.int64)
-    cells[0, 0], cells[0, 1] = row, col
-    for k in range(1, cells.shape[0]):
-        t_x = to_x * apart_x if steps_x > 0 else math.inf
-        t_y = to_y * apart_y if steps_y > 0 else math.inf
-        if t_x < t_y:
-            col, to_x, steps_x = col + step_x, to_x + 1.0, steps_x - 1
-        else:
-            row, to_y, steps_y = row + step_y, to_y + 1.0, steps_y - 1
-        cells[k, 0], cells[k, 1] = row, col
-    return cells
-
-
-@njit(cache=True)
 def beam_ends(
     ranges: NDArray[np.float32],
     angle_min: float,
@@ -90,7 +67,7 @@ def draw_scan(
     """Add one scan to ``total`` (and ``visits`` if ``count``): each cell at most once, a hit before any miss.
 
     ``last_scan`` holds for each cell the number of the scan that touched it last. All beams must lie in the arrays,
-    which are (rows, cols); the loop below is :func:`traverse` without the list, on the flattened arrays.
+    which are (rows, cols).
     """
     cols = total.shape[1]
     total_flat, visits_flat, last_flat = total.ravel(), visits.ravel(), last_scan.ravel()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from mapping.map_file import load_map
+from mapping.map_file import load_map, require_known
 from mapping.map_set import MapSet
 
 
@@ -21,10 +21,7 @@ def load_map_files(paths: Sequence[Path], unknown_grey: int | None = None) -> tu
     for path in paths:
         if path.is_dir():
             raise ValueError(f"{path}: is a folder; name map files, or one run folder alone")
-    loaded = [load_map(path, unknown_grey=unknown_grey) for path in paths]
-    for path, entry in zip(paths, loaded, strict=True):
-        if not entry.grid.known.any():
-            raise ValueError(f"{path}: every cell is unknown")
+    loaded = [require_known(load_map(path, unknown_grey=unknown_grey)) for path in paths]
     stems = [path.stem for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
     warnings = tuple(f"{path}: {text}" for path, entry in zip(paths, loaded, strict=True) for text in entry.warnings)

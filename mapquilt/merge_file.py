@@ -64,7 +64,7 @@ def _pair_record(pair: PairResult) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class PairAnswer:
+class PairRecord:
     """What merge.json says of one pair."""
 
     target: str
@@ -82,7 +82,7 @@ class MergeAnswer:
 
     reference: str
     reference_from_map: dict[str, Similarity2]
-    pairs: tuple[PairAnswer, ...]
+    pairs: tuple[PairRecord, ...]
 
 
 def load_answer(path: Path) -> MergeAnswer:
@@ -93,12 +93,12 @@ def load_answer(path: Path) -> MergeAnswer:
         for entry in record["maps"]
         if entry["reference_from_map"] is not None
     }
-    return MergeAnswer(record["reference"], placed, tuple(_pair_answer(entry) for entry in record["pairs"]))
+    return MergeAnswer(record["reference"], placed, tuple(_read_pair(entry) for entry in record["pairs"]))
 
 
-def _pair_answer(entry: dict[str, Any]) -> PairAnswer:
+def _read_pair(entry: dict[str, Any]) -> PairRecord:
     transform = entry["target_from_source"]
-    return PairAnswer(
+    return PairRecord(
         entry["target"],
         entry["source"],
         entry["accepted"],

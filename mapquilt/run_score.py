@@ -10,8 +10,8 @@ from typing import Any, Literal
 from mapping.map_set import MapSet
 from mapping.truth import PairTruth
 from mapquilt.json_file import record_bytes
-from mapquilt.merge_file import MergeAnswer, PairAnswer
-from mapquilt.score import RIGHT, THESIS, TransformError, known_diagonal, transform_error
+from mapquilt.merge_file import MergeAnswer, PairRecord
+from mapquilt.score import RIGHT, THESIS, TransformError, transform_error
 from mapquilt.truth_file import RunTruth
 
 SCHEMA = "mapquilt-score/1"
@@ -73,7 +73,7 @@ def score_answer(maps: MapSet, truth: RunTruth, answer: MergeAnswer) -> RunScore
     return RunScore(tuple(_score_pair(maps, truth, pair) for pair in answer.pairs))
 
 
-def _score_pair(maps: MapSet, truth: RunTruth, pair: PairAnswer) -> PairScore:
+def _score_pair(maps: MapSet, truth: RunTruth, pair: PairRecord) -> PairScore:
     for name in (pair.target, pair.source):
         if name not in maps.names:
             raise ValueError(f"the answer names a map {name!r} that the run does not have")
@@ -85,7 +85,7 @@ def _score_pair(maps: MapSet, truth: RunTruth, pair: PairAnswer) -> PairScore:
     error = None
     if pair.target_from_source is not None:
         error = transform_error(target, source, true_pair.target_from_source, pair.target_from_source, target_scale)
-    allowed = RIGHT.displacement_of_diagonal * known_diagonal(target) * target_scale
+    allowed = RIGHT.displacement_of_diagonal * target.known_diagonal * target_scale
     return PairScore(
         target=pair.target,
         source=pair.source,

@@ -77,16 +77,5 @@ def transform_error(
         scale,
         moved * target_scale,
         moved / target.frame.resolution,
-        moved / known_diagonal(target),
+        moved / target.known_diagonal,
     )
-
-
-def known_diagonal(grid: OccupancyGrid) -> float:
-    """Diagonal of the box around the known cells [stated metres].
-
-    Raises ``ValueError`` where the grid knows no cell.
-    """
-    rows, cols = np.nonzero(grid.known)
-    if rows.size == 0:
-        raise ValueError("known_diagonal: the grid knows no cell")
-    return grid.frame.resolution * math.hypot(float(np.ptp(rows)) + 1.0, float(np.ptp(cols)) + 1.0)

@@ -119,6 +119,12 @@ def test_draws_stay_in_their_ranges_and_pairs_within_the_width():
     assert 2.7 < max(abs(one.x) for one in back) <= 3.0
 
 
+def test_each_map_of_a_team_is_disguised_in_its_own_way():
+    team = draw_disguises(3, 4, DisguiseRanges())
+    for name in ("x", "y", "yaw", "scale"):
+        assert len({getattr(one, name) for one in team}) == 4
+
+
 def test_honest_disguises_keep_the_scale_and_all_else():
     for honest, hidden in zip(draw_disguises(3, 3, HONEST), draw_disguises(3, 3, DisguiseRanges()), strict=True):
         assert honest.scale == 1.0

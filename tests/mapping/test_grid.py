@@ -1,4 +1,4 @@
-"""Cropping: what is known stays where it is."""
+"""Cropping: what is known stays where it is. And how long its box is."""
 
 import numpy as np
 import pytest
@@ -43,3 +43,10 @@ def test_a_window_keeps_the_cells_where_they_are(corner):
     np.testing.assert_allclose(
         window.metres_from_cells(cells), FRAME.metres_from_cells(cells + np.array(corner)), atol=1e-12
     )
+
+
+def test_known_diagonal_is_that_of_the_known_box():
+    log_odds = np.zeros((50, 50), np.float32)
+    assert OccupancyGrid(GridFrame(0.1, SE2(), (50, 50)), log_odds).known_diagonal == 0.0
+    log_odds[10:13, 20:24] = -1.0
+    assert OccupancyGrid(GridFrame(0.1, SE2(), (50, 50)), log_odds).known_diagonal == pytest.approx(0.5)

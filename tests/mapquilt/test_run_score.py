@@ -14,7 +14,7 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapping.truth import MapTruth, PairPlaces, PairTruth
-from mapquilt.merge_file import MergeAnswer, PairAnswer
+from mapquilt.merge_file import MergeAnswer, PairRecord
 from mapquilt.run_score import score_answer, score_bytes
 from mapquilt.tables import print_table, score_table
 from mapquilt.truth_file import RobotOrigin, RunTruth
@@ -34,7 +34,7 @@ def scored(accepted, answer, places=ONE_PLACE, residual=None):
         for name, scale in (("a", A_SCALE), ("b", B_SCALE))
     )
     pair = PairTruth(Similarity2(), residual is not None, 100, residual, PairPlaces(0.5, places))
-    told = PairAnswer("a", "b", accepted, 0.9, None if accepted else "too little overlap", answer, None)
+    told = PairRecord("a", "b", accepted, 0.9, None if accepted else "too little overlap", answer, None)
     return score_answer(MAPS, RunTruth(robots, {("a", "b"): pair}), MergeAnswer("a", {"a": Similarity2()}, (told,)))
 
 

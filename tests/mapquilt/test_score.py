@@ -11,7 +11,7 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from mapquilt.score import RIGHT, THESIS, known_diagonal, transform_error
+from mapquilt.score import RIGHT, THESIS, transform_error
 
 
 def full_grid(rows=40, cols=60, resolution=0.05, origin=(0.0, 0.0)):
@@ -96,9 +96,3 @@ def test_moving_the_target_frame_does_not_move_the_score(x, y):
 def test_criteria_are_those_of_the_design():
     assert (RIGHT.rotation_deg, RIGHT.scale_percent, RIGHT.displacement_of_diagonal) == (2.0, 3.0, 0.015)
     assert (THESIS.rotation_deg, THESIS.scale_percent, THESIS.displacement_cells) == (5.0, 5.0, 10.0)
-
-
-def test_known_diagonal_is_that_of_the_known_box():
-    log_odds = np.zeros((50, 50), np.float32)
-    log_odds[10:13, 20:24] = -1.0
-    assert known_diagonal(OccupancyGrid(GridFrame(0.1, SE2(), (50, 50)), log_odds)) == pytest.approx(0.5)
