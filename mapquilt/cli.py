@@ -46,7 +46,7 @@ from sim.drive import Drive, DriveLimits
 from sim.mission_settings import PolicyName
 from sim.starts import Starts
 
-_OF_A_FIELD = re.compile(r"(?:[A-Z]\w*: )?([a-z_]+) is (\S+), (must .+)")
+_OF_A_FIELD = re.compile(r"(?:\w+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
 """What settings say of a field that is out of range."""
 
 app = typer.Typer(

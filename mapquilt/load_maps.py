@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from mapping.map_file import load_map, require_known
 from mapping.map_set import MapSet
 
@@ -22,6 +24,10 @@ def load_map_files(paths: Sequence[Path], unknown_grey: int | None = None) -> tu
         if path.is_dir():
             raise ValueError(f"{path}: is a folder; name map files, or one run folder alone")
     loaded = [require_known(load_map(path, unknown_grey=unknown_grey)) for path in paths]
+    for path, entry in zip(paths, loaded, strict=True):
+        if np.unique(entry.grid.occupancy()).size == 1:
+            says = "occupied" if entry.grid.occupied.any() else "free"
+            raise ValueError(f"{path}: every cell of the map is {says}, so there is nothing to merge it by")
     stems = [path.stem for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
     warnings = tuple(f"{path}: {text}" for path, entry in zip(paths, loaded, strict=True) for text in entry.warnings)

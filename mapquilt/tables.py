@@ -6,7 +6,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from mapping.map_set import MapSet
+from mapping.map_set import MapSet, Unit
 from mapquilt.run_score import PairScore, RunScore
 from merge.result import MergeResult, PairResult
 
@@ -35,12 +35,12 @@ def _verdict(accepted: bool, reason: str | None) -> str:
 
 
 def merge_table(maps: MapSet, result: MergeResult) -> Table:
-    """Each pair's verdict, confidence and transform."""
+    """Each pair's verdict, confidence and transform; a scale from cells to metres, or back, names both."""
     table = plain_table(
         ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
     )
     for pair in result.pairs:
-        table.add_row(*_merge_row(pair))
+        table.add_row(*_merge_row(pair, maps.units[maps.names.index(pair.source)]))
     merged = len(result.reference_from_map)
     table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
     if not result.confidence_calibrated:
@@ -48,14 +48,15 @@ def merge_table(maps: MapSet, result: MergeResult) -> Table:
     return table
 
 
-def _merge_row(pair: PairResult) -> tuple[str, ...]:
+def _merge_row(pair: PairResult, source_unit: Unit) -> tuple[str, ...]:
     transform = pair.target_from_source
     verdict = _verdict(pair.accepted, pair.reason)
     head = (f"{pair.target} <- {pair.source}", verdict, f"{pair.confidence:.2f}")
     if transform is None:
         return (*head, "-", "-", "-")
     yaw = f"{transform.yaw * 57.29577951308232:.2f} deg"
-    return (*head, yaw, f"{transform.scale:.4f}", f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}")
+    mixed = "" if pair.unit == source_unit else f" {pair.unit}/{source_unit}"
+    return (*head, yaw, f"{transform.scale:.4f}{mixed}", f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}")
 
 
 def score_table(score: RunScore) -> Table:

@@ -65,6 +65,8 @@ PAST_ALL = [
     ("--duration", "1e300", "1e+300"),
     ("--duration", "86401", "86401.0"),
     ("--robots", "1000000000", "1000000000"),
+    ("--rate", "nan", "nan Hz"),
+    ("--width", "1e300", "1e+300 m"),
     ("--speed", "1e300", "1e+300"),
     ("--turn-rate", "inf", "inf"),
     ("--noise", "1e300", "1e+300"),
@@ -159,11 +161,19 @@ def test_bad_maps_end_in_one_line(capsys, two_maps, tmp_path, monkeypatch, write
     assert not (tmp_path / "merged").exists()
 
 
-def test_a_picture_that_is_all_unknown_is_bad_input(capsys, two_maps, tmp_path):
-    cv2.imwrite(str(tmp_path / "grey.png"), np.full((50, 50), 205, np.uint8))
-    line = refused(capsys, "merge", two_maps[0], tmp_path / "grey.png")
-    assert "grey.png" in line
-    assert "unknown" in line
+@pytest.mark.parametrize(("grey", "says"), [(205, "unknown"), (0, "occupied"), (254, "free")])
+def test_a_picture_of_one_grey_is_bad_input(capsys, two_maps, tmp_path, grey, says):
+    cv2.imwrite(str(tmp_path / "grey.png"), np.full((500, 500), grey, np.uint8))
+    assert f"grey.png: every cell of the map is {says}" in refused(capsys, "merge", two_maps[0], tmp_path / "grey.png")
+
+
+def test_the_table_says_what_a_scale_is_of(capsys, two_maps, tmp_path):
+    cv2.imwrite(str(tmp_path / "plain.png"), cv2.imread(str(tmp_path / "a.pgm"), cv2.IMREAD_GRAYSCALE))
+    assert command("merge", *two_maps, tmp_path / "plain.png") == 0
+    rows = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
+    assert "1.0000 " in rows["a <- b"]
+    assert "m/cell" not in rows["a <- b"]
+    assert "0.0500 m/cell" in rows["a <- plain"]
 
 
 @pytest.mark.parametrize("scale", ["2:0.5", "0:1", "nan:1", "1:inf", "wide", "1", "0.001:0.001", "1e-300:1", "1_0:2_0"])
@@ -308,6 +318,11 @@ def test_an_internal_error_is_status_70_and_says_so(capsys, monkeypatch, merged_
     )
 
 
+def heed_interrupts():
+    """A shell starts what runs in the background with interrupts ignored, and a child would inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def wait_for_the_simulator(process):
     """Wait until the process has the simulator in memory, and a little more, so that the mission is under way."""
     while "pybullet" not in Path(f"/proc/{process.pid}/maps").read_text():
@@ -320,7 +335,9 @@ def wait_for_the_simulator(process):
 def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, sign, status):
     before = hashes(fresh_run)
     arguments = ["simulate", "office", "--robots", "2", "--duration", "600", "--seed", "9", "--out", str(fresh_run)]
-    process = subprocess.Popen([sys.executable, "-m", "mapquilt", *arguments], stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mapquilt", *arguments], stderr=subprocess.PIPE, preexec_fn=heed_interrupts
+    )
     wait_for_the_simulator(process)
     process.send_signal(sign)
     _, errors = process.communicate(timeout=60)

@@ -21,7 +21,7 @@ from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
 from tests.mapquilt.conftest import command, hashes
-from tests.mapquilt.test_cli import refused
+from tests.mapquilt.test_cli import heed_interrupts, refused
 
 
 def make(spec, out, workers=1):
@@ -97,7 +97,12 @@ def test_any_cut_of_the_journal_and_any_lost_sample_ends_the_same(tiny, spec_fil
 
 
 def test_an_interrupt_says_how_to_go_on(spec_file, tmp_path):
-    process = subprocess.Popen(make(spec_file, tmp_path / "data", 2), stderr=subprocess.PIPE, start_new_session=True)
+    process = subprocess.Popen(
+        make(spec_file, tmp_path / "data", 2),
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=heed_interrupts,
+    )
     while not (tmp_path / "data/.lock").exists():
         time.sleep(0.1)
     time.sleep(1.0)
