@@ -95,7 +95,7 @@ def test_merge_knows_the_grey_that_means_unknown(tmp_path: Path, capsys: pytest.
         fields = f"image: {name}.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n"
         (tmp_path / f"{name}.yaml").write_text(fields + "occupied_thresh: 0.65\nfree_thresh: 0.25\n")
     assert command("merge", tmp_path / "a.yaml", tmp_path / "b.yaml", "--unknown", 205) == 2
-    assert "a.yaml: every cell is unknown" in capsys.readouterr().err
+    assert "a.yaml: every cell of the map is unknown" in capsys.readouterr().err
 
 
 def test_a_bare_picture_gets_no_invented_resolution(
