@@ -28,6 +28,8 @@ class Role(IntEnum):
     DATASET_SAMPLE = 15
     DATASET_ORDER = 16
     DATASET_NEGATIVES = 17
+    BENCHMARK_SAMPLE = 18
+    BENCHMARK_BOOTSTRAP = 19
 
 
 def check_seed(seed: int) -> None:

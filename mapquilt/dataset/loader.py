@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -47,16 +47,24 @@ class DatasetSample:
 
 @dataclass(frozen=True)
 class DatasetPair:
-    """Two maps of different robots. ``target_from_source`` is None where they show two worlds: to be refused."""
+    """Two maps of different robots. ``target_from_source`` is None where they show two worlds: to be refused.
+
+    ``noise`` and ``world`` (the family) are None where the two maps differ in them. ``residual`` is what the fit of the
+    truth leaves [m], None where nothing was fitted; ``target_scale`` is true metres per metre that the target states.
+    """
 
     name: str
     mission: str
     split: str
+    world: str | None
+    noise: float | None
     target_path: Path
     source_path: Path
     target_from_source: Similarity2 | None
     overlap: float
     identifiable: bool
+    residual: float | None
+    target_scale: float
     resolutions_trusted: bool
 
     @cached_property
@@ -124,11 +132,15 @@ class Dataset:
             name=f"{sample['sample']}/{record['target']}/{record['source']}",
             mission=sample["mission"],
             split=sample["split"],
+            world=sample["world"],
+            noise=sample["settings"]["noise"],
             target_path=folder / record["target"] / "map.yaml",
             source_path=folder / record["source"] / "map.yaml",
             target_from_source=similarity_from_record(record["target_from_source"]),
             overlap=record["overlap"],
             identifiable=record["identifiable"],
+            residual=record["residual_m"],
+            target_scale=_true_scale(sample, record["target"]),
             resolutions_trusted=_trusted(sample),
         )
 
@@ -140,13 +152,26 @@ class Dataset:
             name="/".join(f"{end['sample']}/{end['map']}" for end in ends),
             mission="+".join(sample["mission"] for sample in samples),
             split=record["split"],
+            world=_common(sample["world"] for sample in samples),
+            noise=_common(sample["settings"]["noise"] for sample in samples),
             target_path=paths[0],
             source_path=paths[1],
             target_from_source=None,
             overlap=0.0,
             identifiable=False,
+            residual=None,
+            target_scale=_true_scale(samples[0], ends[0]["map"]),
             resolutions_trusted=all(_trusted(sample) for sample in samples),
         )
+
+
+def _true_scale(sample: dict[str, Any], name: str) -> float:
+    return float(next(one["world_from_map"]["scale"] for one in sample["maps"] if one["name"] == name))
+
+
+def _common(values: Iterable[Any]) -> Any:
+    different = set(values)
+    return different.pop() if len(different) == 1 else None
 
 
 def _trusted(sample: dict[str, Any]) -> bool:

@@ -282,6 +282,9 @@ def test_loader_gives_typed_lazy_samples_and_pairs(tiny):
         pair.target_from_source
         == truth.pairs[pair.target_path.parent.name, pair.source_path.parent.name].target_from_source
     )
+    assert pair.residual == truth.pairs[pair.target_path.parent.name, pair.source_path.parent.name].residual
+    assert pair.target_scale == truth.robot(pair.target_path.parent.name).truth.world_from_map.scale
+    assert (pair.world, pair.noise) == ("office", data.samples[0].record["settings"]["noise"])
     assert np.array_equal(pair.target.log_odds, data.samples[0].maps().grids[0].log_odds)
     assert len(pair.map_set()) == 2
     assert not pair.map_set().resolutions_trusted

@@ -1,0 +1,1 @@
+"""Methods against pairs of maps whose transform is known: run, scored, counted, drawn."""

@@ -1,0 +1,108 @@
+"""mapquilt benchmark, from files to files."""
+
+import csv
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.mapquilt.conftest import command, hashes
+
+TIMED = ("timings.json", "table.md")
+
+
+@pytest.fixture(scope="module")
+def made(pairs_file, tmp_path_factory):
+    out = tmp_path_factory.mktemp("benchmark") / "out"
+    arguments = ["benchmark", "--pairs", pairs_file, "--method", "orb", "--as-published", "--out"]
+    assert command(*arguments, out) == 0
+    return out, arguments
+
+
+def test_every_answer_has_its_row_and_its_verdict(made):
+    with (made[0] / "pairs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["method"], row["pair"]) for row in rows] == [
+        (method, pair) for method in ("orb", "orb as published") for pair in ("pair0", "pair1", "none")
+    ]
+    assert [row["right"] for row in rows] == ["True", "True", ""] * 2
+    assert [row["accepted"] for row in rows] == ["True", "True", "False"] * 2
+    assert [row["negative"] for row in rows] == ["False", "False", "True"] * 2
+    assert all(row["agreement"] for row in rows[:2])
+    assert not any(row["agreement"] for row in rows[3:])
+    assert all(float(row["rotation_deg"]) < 0.5 for row in rows if row["rotation_deg"])
+    assert rows[2]["reason"]
+
+
+def test_the_summary_counts_what_the_rows_say(made):
+    summary = json.loads((made[0] / "summary.json").read_text())
+    found = {(row["group"], row["stratum"], row["method"]): row for row in summary["strata"]}
+    assert summary["methods"] == ["orb", "orb as published"]
+    assert found["positives", "all", "orb"]["right"]["count"] == 2
+    assert found["subset", "part1", "orb as published"]["right_and_accepted"]["count"] == 1
+    assert found["negatives", "all", "orb"]["wrong_accepts"]["count"] == 0
+    assert found["negatives", "all", "orb"]["right"] is None
+    assert [one["method"] for one in summary["calibration"]] == ["orb"]
+    assert "seconds" not in json.dumps(summary)
+
+
+def test_pictures_and_table_are_there(made):
+    folder = made[0]
+    for picture in ("reliability.png", "sheets/orb-01.png", "sheets/orb-as-published-01.png"):
+        assert cv2.imread(str(folder / picture)) is not None, picture
+    table = (folder / "table.md").read_text()
+    assert "| all | orb as published | 2 | 100.0 (34.2 to 100.0) |" in table
+    assert "## Calibration" in table
+    seconds = json.loads((folder / "timings.json").read_text())["pairs"]
+    assert len(seconds) == 6
+    assert all(entry["seconds"] > 0.0 for entry in seconds)
+
+
+def test_the_same_call_gives_the_same_bytes_but_for_times_and_replaces_the_old(made, capsys):
+    out, arguments = made
+    before = hashes(out, but=TIMED)
+    (out / "old.txt").touch()
+    assert command(*arguments, out) == 0
+    assert hashes(out, but=TIMED) == before
+    assert "orb as published" in capsys.readouterr().out
+
+
+def test_threads_are_given_back(made, pairs_file, tmp_path):
+    before = cv2.getNumThreads()
+    assert command("benchmark", "--pairs", pairs_file, "--method", "orb", "--limit", 1, "--out", tmp_path / "o") == 0
+    assert cv2.getNumThreads() == before
+    assert json.loads((tmp_path / "o/summary.json").read_text())["strata"][-1]["pairs"] == 1
+
+
+def refused(capsys, *arguments):
+    assert command("benchmark", *arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+def test_bad_input_ends_in_one_line(capsys, pairs_file, tmp_path):
+    out = ("--out", tmp_path / "out")
+    assert "--pairs FILE or --dataset DIR" in refused(capsys, *out)
+    assert "gone.json" in refused(capsys, "--pairs", tmp_path / "gone.json", *out)
+    assert "nowhere" in refused(capsys, "--dataset", tmp_path / "nowhere", *out)
+    assert "magic" in refused(capsys, "--pairs", pairs_file, "--method", "magic", *out)
+    assert "named twice" in refused(capsys, "--pairs", pairs_file, "--method", "orb", "--method", "orb", *out)
+    assert "--split test" in refused(capsys, "--pairs", pairs_file, "--split", "test", *out)
+    assert "--limit 0" in refused(capsys, "--pairs", pairs_file, "--limit", 0, *out)
+    assert "wide" in refused(capsys, "--pairs", pairs_file, "--scale", "wide", *out)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_picture_that_is_no_map_is_named(capsys, pairs_file, tmp_path):
+    for file in pairs_file.parent.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    cv2.imwrite(str(tmp_path / "1b.png"), np.full((80, 80), 205, np.uint8))
+    line = refused(capsys, "--pairs", tmp_path / "pairs.json", "--method", "orb", "--out", tmp_path / "out")
+    assert "1b.png" in line
+
+
+def test_a_foreign_folder_is_never_replaced(capsys, pairs_file, tmp_path):
+    (tmp_path / "thesis.tex").write_text("years of work")
+    assert str(tmp_path) in refused(capsys, "--pairs", pairs_file, "--method", "orb", "--out", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]

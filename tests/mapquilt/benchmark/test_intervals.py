@@ -1,0 +1,43 @@
+import math
+
+import numpy as np
+import pytest
+
+from mapquilt.benchmark.intervals import Share, over_clusters, ratio_of_medians
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 24), (37, 40), (24, 24), (3, 7)])
+def test_wilsons_interval_by_its_formula(count, of):
+    share = Share.counted([k < count for k in range(of)])
+    z, p = 1.959963984540054, count / of
+    middle, half = p + z**2 / (2 * of), z * math.sqrt(p * (1 - p) / of + z**2 / (4 * of**2))
+    low, high = ((middle + sign * half) / (1 + z**2 / of) for sign in (-1, 1))
+    assert (share.count, share.of, share.value) == (count, of, p)
+    assert share.interval.low == pytest.approx(max(0.0, low), abs=1e-12)
+    assert share.interval.high == pytest.approx(min(1.0, high), abs=1e-12)
+
+
+def test_nothing_to_count_is_refused():
+    with pytest.raises(ValueError, match="nothing to count"):
+        Share.counted([])
+
+
+def test_pairs_of_one_mission_count_as_one():
+    """Twenty missions of fifty equal pairs are as uncertain as twenty pairs."""
+    hits = [k < 14 for k in range(20) for _ in range(50)]
+    together = over_clusters(hits, [k for k in range(20) for _ in range(50)], np.random.default_rng(0))
+    alone = over_clusters(hits, list(range(1000)), np.random.default_rng(0))
+    spread = math.sqrt(0.7 * 0.3 / 20)
+    assert together.high - together.low == pytest.approx(2 * 1.96 * spread, rel=0.15)
+    assert alone.high - alone.low == pytest.approx(2 * 1.96 * spread / math.sqrt(50), rel=0.15)
+
+
+def test_one_mission_has_no_interval():
+    assert over_clusters([True, False], ["m", "m"], np.random.default_rng(0)) is None
+
+
+def test_the_ratio_of_medians_of_a_fixed_multiple_is_sure():
+    seconds = np.random.default_rng(1).uniform(1, 9, 31)
+    ratio, interval = ratio_of_medians(3.0 * seconds, seconds, np.random.default_rng(0))
+    assert ratio == pytest.approx(3.0)
+    assert (interval.low, interval.high) == pytest.approx((3.0, 3.0))
