@@ -69,8 +69,9 @@ stay in [0.1, 0.9]."""
 COUNTING = CountingModel("counting", threshold=0.25)
 """gmapping's occ_thresh (Grisetti et al., T-RO 2007): occupied where over a quarter of the visits were hits."""
 
-KARTO = CountingModel("karto", threshold=0.1, min_visits=2)
-"""Karto's OccupancyThreshold and MinPassThrough, as slam_toolbox ships them."""
+KARTO = CountingModel("karto", threshold=0.1, min_visits=3)
+"""Karto's OccupancyThreshold of 0.1 and MinPassThrough of 2, as slam_toolbox ships them: `OccupancyGrid::UpdateCell`
+leaves a cell unknown until it was passed more often than that."""
 
 SENSOR_MODELS: dict[str, SensorModel] = {
     model.name: model for model in (OCTOMAP, HECTOR, CARTOGRAPHER, COUNTING, KARTO)

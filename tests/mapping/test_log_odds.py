@@ -145,6 +145,58 @@ def test_counting_has_log_odds_about_its_threshold():
     assert log_odds[3] == COUNTING_LIMIT
 
 
+def after(name, hits, misses):
+    """The log-odds of a cell that so many scans hit, and then so many see through."""
+    mapper = LogOddsMapper(1.0, sensor_model(name))
+    for reading in [2.0] * hits + [3.0] * misses:
+        mapper.integrate(LidarScan(0.0, 0.0, 0.1, 0.1, 8.0, np.array([reading], np.float32)), SE2(0.5, 0.5, 0.0))
+    grid = mapper.grid()
+    return grid.log_odds[0, 2 - round(grid.frame.origin.x)]
+
+
+@pytest.mark.parametrize(
+    ("name", "hit", "miss", "least", "most"),
+    [
+        ("octomap", 0.7, 0.4, 0.1192, 0.971),  # prob_hit, prob_miss and the two clamping thresholds of the library
+        ("cartographer", 0.55, 0.49, 0.1, 0.9),  # hit_probability, miss_probability; kMinProbability, kMaxProbability
+        ("hector", 0.9, 0.4, 0.0, 1.0),  # map_update_factor_occupied and _free; 50 in log-odds is as good as certain
+    ],
+)
+def test_a_hit_and_a_miss_weigh_what_their_source_says(name, hit, miss, least, most):
+    def probability(hits, misses):
+        return 1.0 / (1.0 + math.exp(-after(name, hits, misses)))
+
+    assert probability(1, 0) == pytest.approx(hit, abs=1e-6)
+    assert probability(0, 1) == pytest.approx(miss, abs=1e-6)
+    assert probability(200, 0) == pytest.approx(most, abs=5e-4)
+    assert probability(0, 400) == pytest.approx(least, abs=5e-4)
+
+
+def test_hector_stops_at_fifty():
+    assert (after("hector", 200, 0), after("hector", 0, 400)) == (50.0, -50.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "hits", "misses", "sign"),
+    [
+        ("counting", 1, 0, 1),  # gmapping: occ_thresh 0.25, and one visit is enough
+        ("counting", 0, 1, -1),
+        ("counting", 1, 3, -1),
+        ("counting", 1, 2, 1),
+        ("karto", 2, 0, 0),  # Karto: OccupancyThreshold 0.1, and more visits than MinPassThrough, which is 2
+        ("karto", 1, 1, 0),
+        ("karto", 0, 2, 0),
+        ("karto", 3, 0, 1),
+        ("karto", 1, 2, 1),
+        ("karto", 0, 3, -1),
+        ("karto", 1, 9, -1),
+        ("karto", 1, 8, 1),
+    ],
+)
+def test_hits_over_visits_count_as_their_source_says(name, hits, misses, sign):
+    assert np.sign(after(name, hits, misses)) == sign
+
+
 @settings(max_examples=30)
 @given(st.floats(-math.pi, math.pi), st.floats(-2, 2), st.floats(-2, 2))
 def test_the_mounting_is_used(yaw, x, y):

@@ -22,6 +22,7 @@ from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map, require_known, save_map
 from mapping.map_yaml import FARTHEST_ORIGIN, LARGEST_RESOLUTION, SMALLEST_RESOLUTION, Mode
 from mapping.occupancy_grey import percent
+from mapping.picture import read_picture
 from mapping.se2 import SE2
 
 DEFAULTS: dict[str, object] = {
@@ -312,6 +313,11 @@ def test_pgms_of_every_kind(tmp_path: Path, pgm: bytes, grey: list[int]) -> None
 def test_a_16_bit_png_is_scaled_down(tmp_path: Path) -> None:
     path = write_map(tmp_path, np.array([[0, 65535, 205 * 257]], np.uint16), image="map.png")
     assert load_map(path).grid.occupancy().tolist() == [[100, 0, -1]]
+
+
+def test_a_16_bit_pixel_is_read_by_both_its_bytes(tmp_path: Path) -> None:
+    Image.fromarray(np.array([[0x00FF, 0x80FF, 0xFF00]], np.uint16)).save(tmp_path / "map.png")
+    assert read_picture(tmp_path / "map.png").grey.tolist() == [[1, 128, 254]]
 
 
 def test_a_palette_png_is_read_by_its_colours(tmp_path: Path) -> None:

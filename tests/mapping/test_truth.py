@@ -133,7 +133,15 @@ def test_too_few_common_cells_compose_the_pair():
     (target, _), (source, _) = seen_by(PATH_A), seen_by(PATH_B)
     few = LEAST_COMMON_CELLS - 1
     apart = Sightings(np.concatenate((source.cells[:few], source.cells[few:] + 10_000)), source.true, source.believed)
-    pair = pair_truth(target, apart, Similarity2(), Similarity2(), PLACES)
+    disguises = Similarity2(3.0, -1.0, 0.7, 1.4), Similarity2(-2.0, 5.0, -1.1, 0.8)
+    pair = pair_truth(target, apart, *disguises, PLACES)
+    world_from_target, world_from_source = (
+        Similarity2.from_se2(SE2(*path[0])) @ start_from_map
+        for path, start_from_map in zip((PATH_A, PATH_B), disguises, strict=True)
+    )
+    points = np.array([[0.0, 0.0], [5.0, 1.0], [-3.0, 2.0]])
+    expected = world_from_target.inverse() @ world_from_source
+    assert np.allclose(pair.target_from_source.apply(points), expected.apply(points), atol=1e-3)
     assert not pair.fitted
     assert pair.residual is None
     assert pair.common_cells <= few

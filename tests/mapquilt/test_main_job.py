@@ -89,7 +89,11 @@ def test_without_noise_the_log_is_the_truth(merged_run, tmp_path):
     assert all(robot.truth.distortion < 1e-4 for robot in load_truth(exact / "truth.json").robots)
 
 
-def test_the_merger_never_reads_the_truth(fresh_run):
+@pytest.mark.parametrize("scale", ["hidden", "honest"])
+def test_the_merger_never_reads_the_truth(merged_run, tmp_path, scale):
+    fresh_run = tmp_path / "run"
+    assert command("sense", merged_run, "--scale", scale, "--out", fresh_run) == 0
+    assert command("merge", fresh_run) in (0, 1)
     before = (fresh_run / "merge.json").read_bytes()
     (fresh_run / "truth.json").unlink()
     shutil.rmtree(fresh_run / "mission")

@@ -42,6 +42,20 @@ def test_a_known_scale_is_kept_to_the_last_digit():
     assert found and all(proposal.target_from_source.scale == pytest.approx(0.8, abs=1e-15) for proposal in found)
 
 
+def test_inliers_are_gated_in_cells_of_the_coarser_map():
+    """Points off by 7 cells of the target are within 5 of the source's, which are twice as large."""
+    rng = np.random.default_rng(2)
+    truth, source = Similarity2(40.0, -15.0, 2.0, 2.0), rng.uniform(0.0, 600.0, (40, 2))
+    around = rng.uniform(0.0, 2.0 * np.pi, 40)
+    target = truth.apply(source) + 7.0 * np.stack((np.cos(around), np.sin(around)), axis=-1)
+    settings = ConsensusSettings(min_inliers=30)
+    best = consensus(target, source, ScaleRange(2.0, 2.0), rng, settings)[0]
+    assert best.inliers is not None and best.inliers >= 30
+    assert consensus(source, target, ScaleRange(0.5, 0.5), rng, settings)
+    one_cell = truth.apply(source) + 2.0 * (target - truth.apply(source))
+    assert consensus(one_cell, source, ScaleRange(2.0, 2.0), rng, settings) == ()
+
+
 def test_two_answers_are_both_kept_and_lie_apart():
     rng = np.random.default_rng(4)
     other = Similarity2(-120.0, 200.0, -1.0, 0.9)

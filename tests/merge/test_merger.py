@@ -169,6 +169,21 @@ def test_the_same_seed_gives_the_same_numbers_to_the_last_bit(known):
     assert again.merged.log_odds.tobytes() == result.merged.log_odds.tobytes()
 
 
+@pytest.mark.parametrize("units", [("cell", "m"), ("m", "cell")])
+def test_an_answer_is_in_the_unit_of_its_target(units):
+    bare = OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), (3, 3)), np.zeros((3, 3)))
+    (pair,) = merge_maps(MapSet(("a", "b"), (bare, bare), units)).pairs
+    assert pair.unit == units[0]
+
+
+def test_the_seed_is_that_of_the_random_samples():
+    maps, _ = team(0)
+    found = {merge_maps(maps, MergeSettings(method="sift"), seed=seed).pairs[0].evidence for seed in range(3)}
+    assert len(found) > 1
+    with pytest.raises(ValueError, match="seed is -1"):
+        merge_maps(maps, MergeSettings(method="sift"), seed=-1)
+
+
 def test_evidence_is_plain_numbers(known):
     record = dataclasses.asdict(known[2].pairs[0].evidence)
     assert json.loads(json.dumps(record, allow_nan=False)) == record
