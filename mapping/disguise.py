@@ -9,6 +9,7 @@ import numpy as np
 
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
+from mapping.picture import MAX_PIXELS
 from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.seeds import Role, stream
@@ -89,11 +90,14 @@ def disguise(grid: OccupancyGrid, start_from_map: Similarity2) -> OccupancyGrid:
     Cells keep the resolution that they state; their true size is ``start_from_map.scale`` times it. What becomes of
     their log-odds is told at :func:`mapping.resampling.resampled`.
 
-    Raises ``ValueError`` where the grid knows no cell.
+    Raises ``ValueError`` where the grid knows no cell, or more cells would come of it than a picture may have.
     """
     if not grid.known.any():
         raise ValueError("disguise: the grid knows no cell")
     frame = _bounding_frame(grid.frame, start_from_map)
+    rows, cols = frame.shape
+    if rows * cols > MAX_PIXELS:
+        raise ValueError(f"disguise: a map of {rows} x {cols} cells could not be read again, coarser cells are needed")
     disguised = OccupancyGrid(frame, resampled(grid, start_from_map.inverse(), frame))
     if not disguised.known.any():
         raise ValueError("disguise: no known cell is left at this scale")

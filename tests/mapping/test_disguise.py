@@ -148,3 +148,9 @@ def test_bad_ranges_are_refused(setting):
 def test_a_blank_grid_is_refused():
     with pytest.raises(ValueError, match="knows no cell"):
         disguise(OccupancyGrid(GridFrame(0.05, SE2(), (3, 3)), np.zeros((3, 3), np.float32)), Similarity2())
+
+
+def test_a_map_that_could_not_be_read_again_is_refused() -> None:
+    grid = OccupancyGrid(GridFrame(0.05, SE2(), (2000, 2000)), np.ones((2000, 2000), np.float32))
+    with pytest.raises(ValueError, match="20000 x 20000 cells"):
+        disguise(grid, Similarity2(0.0, 0.0, 0.0, 0.1))
