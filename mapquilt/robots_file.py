@@ -12,7 +12,7 @@ from mapquilt.sensor_options import chosen_lidar
 from sim.lidar import Lidar
 from sim.robot import RobotSettings
 
-_FIELDS = ("start", "lidar", "rate", "speed", "turn_rate", "acceleration", "turn_acceleration", "radius")
+FIELDS = ("start", "lidar", "rate", "speed", "turn_rate", "acceleration", "turn_acceleration", "radius")
 
 
 def load_robots(path: Path, usual: RobotSettings) -> tuple[RobotSettings, ...]:
@@ -31,8 +31,8 @@ def load_robots(path: Path, usual: RobotSettings) -> tuple[RobotSettings, ...]:
 def _robot(entry: Any, usual: RobotSettings, place: str) -> RobotSettings:
     if entry is None:
         return usual
-    if not isinstance(entry, dict) or not set(entry) <= set(_FIELDS):
-        raise ValueError(f"{place} is {entry!r}, may say: {', '.join(_FIELDS)}")
+    if not isinstance(entry, dict) or not set(entry) <= set(FIELDS):
+        raise ValueError(f"{place} is {entry!r}, may say: {', '.join(FIELDS)}")
     try:
         robot = usual
         if "lidar" in entry or "rate" in entry:
@@ -41,7 +41,7 @@ def _robot(entry: Any, usual: RobotSettings, place: str) -> RobotSettings:
             robot = replace(robot, start=_start(entry["start"]))
         if "radius" in entry:
             robot = replace(robot, radius=float(entry["radius"]))
-        limits = {name: float(entry[name]) for name in _FIELDS[3:7] if name in entry}
+        limits = {name: float(entry[name]) for name in FIELDS[3:7] if name in entry}
         return replace(robot, limits=replace(robot.limits, **limits))
     except (TypeError, ValueError) as error:
         raise ValueError(f"{place}: {error}") from None

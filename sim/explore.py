@@ -31,7 +31,7 @@ OWN_SIDE = 0.6
 MIN_GAIN = 0.4
 """Unknown floor [m^2] that is worth no trip."""
 PATIENCE = 15.0
-"""A robot that has found nothing to see for this long [s] has finished; before, another may only stand in its way."""
+"""A robot that has found nothing to see for this long [s] has finished."""
 
 
 class Exploration:

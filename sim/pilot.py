@@ -143,13 +143,18 @@ class Pilot:
     def _plan(self, now: float, here: NDArray[np.float64], movers: NDArray[np.float64]) -> None:
         self._planned_at = now
         known = self._known()
-        grid = self._floor.without_movers(known, NOWHERE)
-        self._walls = grid.frame.metres_from_cells(np.argwhere(grid.occupied))
-        if len(movers):
-            grid = self._floor.without_movers(known, movers)
+        bare = self._floor.without_movers(known, NOWHERE)
+        self._walls = bare.frame.metres_from_cells(np.argwhere(bare.occupied))
         self._banned = [ban for ban in self._banned if ban[0] > now]
+        self._path = NOWHERE
+        if len(movers):
+            self._path = self._chosen(now, here, self._floor.without_movers(known, movers))
+        if len(self._path) == 0:  # what is shut only by another robot is waited for
+            self._path = self._chosen(now, here, bare)
+
+    def _chosen(self, now: float, here: NDArray[np.float64], grid: OccupancyGrid) -> NDArray[np.float64]:
         routes = Routes(grid, here, self._robot.radius)
-        self._path = self._policy.choose(now, grid, routes, [place for _, place in self._banned])
+        return self._policy.choose(now, grid, routes, [place for _, place in self._banned])
 
     def _known(self) -> OccupancyGrid:
         known = self._fence.drawn_into(self._policy.known())

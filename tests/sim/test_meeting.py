@@ -9,14 +9,21 @@ import pytest
 
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
+from mapping.scan import LidarScan
 from mapping.se2 import SE2
+from sim.bullet import BulletScene
+from sim.drive import DriveLimits
+from sim.explore import Exploration
 from sim.give_way import in_the_way, patience, retreat, room_at
 from sim.known_floor import KnownFloor
+from sim.lidar import Lidar
 from sim.mission import simulate
 from sim.mission_settings import MissionSettings
-from sim.pilot import stretch_ahead
+from sim.pilot import Pilot, stretch_ahead
 from sim.robot import RobotSettings
 from sim.routes import Routes
+from sim.running import Driven
+from sim.stopwatch import Stopwatch
 from sim.tracking import Tracker
 from worlds.polygon import box
 from worlds.world import World
@@ -105,3 +112,30 @@ def test_a_robot_off_its_path_is_led_back_to_it_and_not_to_its_end() -> None:
     assert beside[[0, -1], 0] == pytest.approx((1.0, 1.8), abs=0.11)
     assert far[[0, -1], 0] == pytest.approx((1.0, 1.0), abs=0.11)
     assert stretch_ahead(path, np.array((4.9, 0.0)))[-1, 0] == pytest.approx(5.0)
+
+
+class Parked:
+    """Stays where it is put."""
+
+    def command(self, scan: LidarScan, world_from_base: SE2) -> tuple[float, float]:
+        """Stand still."""
+        return 0.0, 0.0
+
+
+def test_a_robot_shut_in_by_another_waits_and_goes_on_once_the_door_is_free() -> None:
+    world, lidar, door, away = World("door", 0, (10.0, 5.0), DOOR), Lidar(), SE2(5.0, 2.45), SE2(8.5, 1.0)
+    policy = Exploration(lidar)
+    pilot = Pilot(RobotSettings(lidar, DriveLimits(speed=0.3)), 0, policy, Stopwatch())
+    with BulletScene(world, [SE2(2.0, 1.2), away]) as scene:
+        mover = Driven(scene, "velocity", [pilot, Parked()], Stopwatch())
+        for tick in range(600):
+            if tick in (60, 360):
+                scene.place([scene.pose(0), door if tick == 60 else away])
+            scan = lidar.scan(tick / 10.0, scene.cast(0, lidar)[0])
+            mover.advance(tick / 10.0, 0.1, [mover.decide(0, scan, scene.pose(0)), (0.0, 0.0)])
+            if tick == 359:
+                assert scene.pose(0).x < 5.0
+                assert not policy.finished
+            if scene.pose(0).x > 5.5:
+                break
+    assert 360 < tick < 599
