@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 from mapping.arrays import frozen_array
 from mapping.se2 import SE2
 
+FARTHEST = 1e9
+"""Nothing on Earth is that far [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Poses over time: ``stamps`` (N,) in seconds, strictly increasing; ``poses`` (N, 3) rows of x, y [m], yaw [rad].
 
-    Raises ``ValueError`` where the shapes differ, a number is not finite, or time does not move forward.
+    Raises ``ValueError`` where the shapes differ, a number is not finite, a pose is past any place, or time does not
+    move forward.
     """
 
     stamps: NDArray[np.float64]
@@ -31,6 +35,8 @@ class Trajectory:
         for name in ("stamps", "poses"):
             if not np.isfinite(getattr(self, name)).all():
                 raise ValueError(f"Trajectory: {name} holds a number that is not finite")
+        if self.poses.size and np.abs(self.poses[:, :2]).max() > FARTHEST:
+            raise ValueError(f"Trajectory: a pose lies more than {FARTHEST:g} m away")
         backwards = np.flatnonzero(np.diff(self.stamps) <= 0.0)
         if backwards.size:
             k = int(backwards[0])

@@ -66,19 +66,11 @@ class RunScore:
 
 
 def score_answer(maps: MapSet, truth: RunTruth, answer: MergeAnswer) -> RunScore:
-    """Score every pair of an answer.
-
-    Raises ``ValueError`` where the answer names a map or pair that the maps or the truth do not have.
-    """
+    """Score every pair of an answer. Maps, truth and answer must be of one run."""
     return RunScore(tuple(_score_pair(maps, truth, pair) for pair in answer.pairs))
 
 
 def _score_pair(maps: MapSet, truth: RunTruth, pair: PairRecord) -> PairScore:
-    for name in (pair.target, pair.source):
-        if name not in maps.names:
-            raise ValueError(f"the answer names a map {name!r} that the run does not have")
-    if (pair.target, pair.source) not in truth.pairs:
-        raise ValueError(f"the truth has no pair {pair.target}, {pair.source}")
     true_pair = truth.pairs[pair.target, pair.source]
     target, source = (maps.grids[maps.names.index(name)] for name in (pair.target, pair.source))
     target_scale = truth.robot(pair.target).truth.world_from_map.scale

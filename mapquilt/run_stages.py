@@ -10,18 +10,19 @@ from pathlib import Path
 
 from mapping.atomic import write_files_aside
 from mapping.map_file import load_map
+from mapping.map_set import MapSet
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
 from mapquilt.coverage_file import write_coverage
 from mapquilt.json_file import read_record
-from mapquilt.merge_file import load_answer
+from mapquilt.merge_file import MergeAnswer, load_answer
 from mapquilt.merge_folder import merge_files
 from mapquilt.overview import overview_figure
 from mapquilt.png import figure_png
 from mapquilt.run_score import RunScore, score_answer, score_bytes
 from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, SampleSettings, make_sample, sample_steps
-from mapquilt.truth_file import load_truth
+from mapquilt.truth_file import RunTruth, load_truth
 from merge.merger import Progress, merge_maps
 from merge.result import MergeResult
 from merge.settings import MergeSettings
@@ -119,6 +120,7 @@ def score_run(run: Path) -> RunScore:
     if not merge_path.exists():
         raise ValueError(f"{merge_path}: no such file; run `mapquilt merge {run}` first")
     answer, truth = load_answer(merge_path), load_truth(run / run_folder.TRUTH_FILE)
+    _check_of_one_run(run, maps, answer, truth)
     start = time.perf_counter()
     score = score_answer(maps, truth, answer)
     scored = time.perf_counter() - start
@@ -130,6 +132,23 @@ def score_run(run: Path) -> RunScore:
     seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
     write_files_aside(files | run_folder.timings_file(run, timings, "score", seconds))
     return score
+
+
+def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTruth) -> None:
+    known = [robot.name for robot in truth.robots]
+    for name in maps.names:
+        if known.count(name) != 1:
+            raise ValueError(f"{run / run_folder.TRUTH_FILE}: tells {known.count(name)} times of the map {name!r}")
+    for name in (
+        answer.reference,
+        *answer.reference_from_map,
+        *(n for p in answer.pairs for n in (p.target, p.source)),
+    ):
+        if name not in maps.names:
+            raise ValueError(f"{run / run_folder.MERGE_FILE}: names a map {name[:100]!r} that the run does not have")
+    for pair in answer.pairs:
+        if (pair.target, pair.source) not in truth.pairs:
+            raise ValueError(f"{run / run_folder.TRUTH_FILE}: has no pair {pair.target}, {pair.source}")
 
 
 def run_seed(run: Path) -> int:

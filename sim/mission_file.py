@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.atomic import write_bytes_aside
 from mapping.npz_file import load_npz, save_npz
@@ -18,9 +19,11 @@ from mapping.se2 import SE2
 from mapping.trajectory import Trajectory
 from sim.drive import DriveLimits
 from sim.lidar import Lidar
+from sim.lidar_presets import lidar_preset
 from sim.mission import Mission
 from sim.mission_settings import MissionSettings
 from sim.robot import RobotSettings
+from worlds.world import World
 from worlds.world_file import world_from_json, world_to_json
 
 SCHEMA_VERSION = 2
@@ -72,7 +75,9 @@ def load_mission(folder: Path) -> Mission:
         seed, touches = _count("seed", record["seed"]), tuple(_count("touches", each) for each in record["touches"])
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: malformed: {error}") from error
-    robots = tuple(_load_robot(folder / f"robot_{k}.npz", robot.lidar) for k, robot in enumerate(settings.robots))
+    robots = tuple(
+        _load_robot(folder / f"robot_{k}.npz", robot.lidar, world) for k, robot in enumerate(settings.robots)
+    )
     return Mission(world, robots, seed, settings, touches)
 
 
@@ -94,13 +99,15 @@ def _settings(record: dict[str, Any]) -> MissionSettings:
 
 def _robot(record: dict[str, Any]) -> RobotSettings:
     lidar = Lidar(**{**record["lidar"], "base_from_lidar": SE2(**record["lidar"]["base_from_lidar"])})
+    lidar_preset(lidar.model)
     start = None if record["start"] is None else SE2(**record["start"])
     return RobotSettings(**{**record, "lidar": lidar, "limits": DriveLimits(**record["limits"]), "start": start})
 
 
-def _load_robot(path: Path, lidar: Lidar) -> RobotTruth:
+def _load_robot(path: Path, lidar: Lidar, world: World) -> RobotTruth:
     arrays = load_npz(path, ("stamps", "world_from_base", "ranges", "hits_robot"))
     try:
+        _check_arrays(arrays, lidar, world)
         trajectory = Trajectory(arrays["stamps"], arrays["world_from_base"])
         scans = tuple(
             LidarScan(float(stamp), lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, sweep)
@@ -109,6 +116,17 @@ def _load_robot(path: Path, lidar: Lidar) -> RobotTruth:
         return RobotTruth(scans, trajectory, arrays["hits_robot"], lidar.base_from_lidar)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: {error}") from error
+
+
+def _check_arrays(arrays: dict[str, NDArray[Any]], lidar: Lidar, world: World) -> None:
+    for name, array in arrays.items():
+        if array.dtype.kind not in "fiub":
+            raise ValueError(f"{name} is of type {array.dtype}")
+    if arrays["ranges"].ndim != 2 or arrays["ranges"].shape[1] != lidar.beams:
+        raise ValueError(f"ranges has shape {arrays['ranges'].shape}, but the lidar has {lidar.beams} beams")
+    places = arrays["world_from_base"][..., :2]
+    if not ((places >= 0.0) & (places <= world.size)).all():
+        raise ValueError(f"world_from_base leaves the world's {world.size[0]:g} x {world.size[1]:g} m")
 
 
 def _write_json(path: Path, record: dict[str, Any]) -> None:

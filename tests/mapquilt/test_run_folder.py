@@ -78,6 +78,21 @@ def test_the_log_of_another_robot_is_refused_by_name(fresh_run, tmp_path, capsys
     assert line == f"{logs[0]}: is the log of 'robot_1', not of 'robot_0'"
 
 
+@pytest.mark.parametrize(
+    ("file", "change"),
+    [
+        ("merge.json", lambda record: record.update(reference="nobody")),
+        ("merge.json", lambda record: record["pairs"][0].update(source="nobody")),
+        ("truth.json", lambda record: record.update(pairs=[])),
+        ("truth.json", lambda record: record["robots"].pop()),
+        ("truth.json", lambda record: record["robots"].append(record["robots"][0])),
+    ],
+)
+def test_what_does_not_belong_together_is_refused_by_name(fresh_run, capsys, file, change):
+    edit(fresh_run / file, change)
+    assert refused(capsys, "score", fresh_run).startswith(f"{fresh_run / file}: ")
+
+
 def test_maps_are_found_wherever_the_run_is_named_from(merged_run, monkeypatch):
     monkeypatch.chdir(merged_run.parent)
     for folder in (merged_run, merged_run.relative_to(merged_run.parent)):

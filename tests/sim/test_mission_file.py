@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -71,4 +73,33 @@ def test_a_malformed_record_is_named(folder: Path, field: str, value: object) ->
     record = json.loads(path.read_text())
     path.write_text(json.dumps({**record, field: value}))
     with pytest.raises(ValueError, match=r"mission\.json"):
+        load_mission(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("world_from_base", lambda poses: poses * 1e300),
+        ("world_from_base", lambda poses: poses - 100.0),
+        ("ranges", lambda ranges: ranges[:, 1:]),
+        ("ranges", lambda ranges: ranges.astype(complex)),
+        ("stamps", lambda stamps: stamps.astype(str)),
+    ],
+)
+def test_arrays_that_no_mission_leaves_are_refused_by_name(
+    folder: Path, name: str, change: Callable[[Any], Any]
+) -> None:
+    path = folder / "robot_1.npz"
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    np.savez(path, **{**arrays, name: change(arrays[name])})
+    with pytest.raises(ValueError, match=r"robot_1\.npz: "):
+        load_mission(folder)
+
+
+def test_a_lidar_that_nobody_knows_is_refused_by_name(folder: Path) -> None:
+    record = json.loads((folder / "mission.json").read_text())
+    record["settings"]["robots"][0]["lidar"]["model"] = "magic"
+    (folder / "mission.json").write_text(json.dumps(record))
+    with pytest.raises(ValueError, match=r"mission\.json: .*magic"):
         load_mission(folder)
