@@ -13,7 +13,7 @@ from merge.proposer import Proposal
 from merge.refinement import RefinementSettings, climb, refine
 from merge.scale_range import ScaleRange
 from merge.shortlist import apart, merged, smaller_diagonal
-from merge.walls import Walls, compare_walls
+from merge.walls import TOLERANCE_SHARES, Walls, compare_walls_sharply
 
 GLANCE_POINTS = 400
 SHORT_LIST = 16
@@ -32,14 +32,22 @@ BENT_SHARE = 0.004
 WORSE = 0.05
 """How much less walls may agree under that mean."""
 
+BORNE = 0.85
+"""A tolerance is borne where some candidate agrees by it with this share of what the best agrees by the loosest."""
+
 
 @dataclass(frozen=True)
 class Candidate:
-    """A refined proposal, cells to cells, and how the walls lie under it."""
+    """A refined proposal, cells to cells, and how the walls lie under it, by every tolerance, loosest first."""
 
     target_from_source: Similarity2
-    walls: Walls
+    laid: tuple[Walls, ...]
     proposal: Proposal
+
+    @property
+    def walls(self) -> Walls:
+        """By the loosest tolerance."""
+        return self.laid[0]
 
 
 def candidates(
@@ -56,16 +64,32 @@ def candidates(
     of what they end in refined with care.
     """
     rough = [_measured(target, source, p, GLANCE_POINTS) for p in merged(target, source, proposals)]
-    short_list = sorted(rough, key=_rank)[:most]
+    short_list = sorted(rough, key=lambda candidate: -candidate.walls.agreement)[:most]
     quick = [_refined(target, source, candidate, scale, QUICK) for candidate in short_list]
     best = distinct(target, source, quick)[:finalists]
     careful = [_polished(target, source, candidate, scale) for candidate in best]
     return distinct(target, source, careful)
 
 
+def sharpest(found: Sequence[Candidate]) -> int:
+    """The tightest tolerance that the maps bear, as an index into :data:`merge.walls.TOLERANCE_SHARES`.
+
+    Bent maps bear only the loosest. Crisp ones are judged as sharply as they are drawn, so that a wing which only
+    resembles the right one is told from it.
+    """
+    best = [max((c.laid[level].agreement for c in found), default=0.0) for level in range(len(TOLERANCE_SHARES))]
+    return max(level for level, agreement in enumerate(best) if agreement >= BORNE * best[0])
+
+
+def best_first(found: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates by agreement, at the tightest tolerance that the maps bear."""
+    level = sharpest(found)
+    return sorted(found, key=lambda candidate: -candidate.laid[level].agreement)
+
+
 def distinct(target: Chart, source: Chart, found: Sequence[Candidate]) -> list[Candidate]:
     """The best candidate of each place, best first; those that ended in the same place become its votes."""
-    ranked = sorted(found, key=_rank)
+    ranked = best_first(found)
     proposals = [dataclasses.replace(c.proposal, target_from_source=c.target_from_source) for c in ranked]
     kept = merged(target, source, proposals, RIVAL_DISTANCE_SHARE)
     by_place = {id(p.target_from_source): p for p in kept}
@@ -82,43 +106,38 @@ def is_rival(target: Chart, source: Chart, best: Candidate, other: Candidate) ->
     return between > RIVAL_DISTANCE_SHARE * smaller_diagonal(target, source, best.target_from_source.scale)
 
 
-def settled(target: Chart, source: Chart, best: Candidate, scale: ScaleRange) -> Candidate:
+def settled(target: Chart, source: Chart, best: Candidate, scale: ScaleRange, level: int) -> Candidate:
     """The mean over all patches in place of the best match of one part, where the maps are bent."""
     if best.walls.on_walls > CRISP * best.walls.judged:
         return best
     answer = fit_patches(target, source, best.target_from_source, scale)
     moved = float(apart(source, [best.target_from_source, answer])[0, 1])
-    walls = compare_walls(target, source, answer)
+    laid = compare_walls_sharply(target, source, answer)
     if (
         moved < BENT_SHARE * smaller_diagonal(target, source, answer.scale)
-        or walls.agreement < best.walls.agreement - WORSE
+        or laid[level].agreement < best.laid[level].agreement - WORSE
     ):
         return best
-    return dataclasses.replace(best, target_from_source=answer, walls=walls)
+    return dataclasses.replace(best, target_from_source=answer, laid=laid)
 
 
 def _measured(target: Chart, source: Chart, proposal: Proposal, most_points: int) -> Candidate:
-    walls = compare_walls(target, source, proposal.target_from_source, most_points)
-    return Candidate(proposal.target_from_source, walls, proposal)
+    laid = compare_walls_sharply(target, source, proposal.target_from_source, most_points)
+    return Candidate(proposal.target_from_source, laid, proposal)
 
 
 def _refined(
     target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange, settings: RefinementSettings
 ) -> Candidate:
     answer = refine(target, source, candidate.target_from_source, scale, settings)
-    return dataclasses.replace(
-        candidate, target_from_source=answer, walls=compare_walls(target, source, answer, settings.most_points)
-    )
+    laid = compare_walls_sharply(target, source, answer, settings.most_points)
+    return dataclasses.replace(candidate, target_from_source=answer, laid=laid)
 
 
 def _polished(target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange) -> Candidate:
     answer = refine(target, source, candidate.target_from_source, scale)
-    walls = compare_walls(target, source, answer)
-    if walls.on_walls <= CRISP * walls.judged:
+    laid = compare_walls_sharply(target, source, answer)
+    if laid[0].on_walls <= CRISP * laid[0].judged:
         answer = climb(target, source, answer, scale)
-        walls = compare_walls(target, source, answer)
-    return dataclasses.replace(candidate, target_from_source=answer, walls=walls)
-
-
-def _rank(candidate: Candidate) -> float:
-    return -candidate.walls.agreement
+        laid = compare_walls_sharply(target, source, answer)
+    return dataclasses.replace(candidate, target_from_source=answer, laid=laid)

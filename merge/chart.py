@@ -27,12 +27,13 @@ MARGIN_SHARE = 0.06
 class Chart:
     """A grid and what is asked of it again and again, in cells from the grid's lower left corner (x, y; y up).
 
-    ``points`` (N, 2) are the surface: where an occupied cell meets free space, on the face between the two, in
-    row-major order. ``normals`` (N, 2) are unit vectors into the free space, or zero where it lies on all sides
-    alike. ``nearest`` (4, rows, cols) is the index of the nearest surface point that faces about right, up, left and
-    down, -1 if there is none, so that the two sides of a thin wall are not taken for one another; ``depth`` is the
-    distance to the nearest cell that is not free; both have ``margin`` more cells on each side. ``diagonal`` is that of
-    the known part's bounding box.
+    ``points`` (N, 2) are the surface: the centres of occupied cells that meet free space, in row-major order. (Beams
+    ended anywhere in such a cell; the face towards the free space would make rooms of coarser maps look smaller.)
+    ``normals`` (N, 2) are unit vectors into the free space, or zero where it lies on all sides alike. ``nearest``
+    (4, rows, cols) is the index of the nearest surface point that faces about right, up, left and down, -1 if there is
+    none, so that the two sides of a thin wall are not taken for one another; ``depth`` is the distance to the nearest
+    cell that is not free; both have ``margin`` more cells on each side. ``diagonal`` is that of the known part's
+    bounding box.
     """
 
     grid: OccupancyGrid
@@ -51,7 +52,7 @@ class Chart:
         margin = 2 + math.ceil(MARGIN_SHARE * diagonal)
         return Chart(
             grid=grid,
-            points=frozen_array(np.stack((cols, rows), axis=-1) + 0.5 + 0.5 * normals, np.float64),
+            points=frozen_array(np.stack((cols, rows), axis=-1) + 0.5, np.float64),
             normals=frozen_array(normals, np.float64),
             nearest=frozen_array(_nearest(grid.frame.shape, rows, cols, normals, margin), np.int32),
             depth=frozen_array(np.pad(_depth(grid), margin), np.float32),

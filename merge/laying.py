@@ -66,38 +66,45 @@ def facing(ax: float, ay: float, bx: float, by: float) -> float:
 
 @njit(cache=True)
 def count_laid(
-    below: Surface, above: Surface, kept: NDArray[np.intp], matrix: NDArray[np.float64], tolerance: float
-) -> NDArray[np.float64]:
-    """How the kept points of ``above``, moved by ``matrix`` (2, 3), lie on ``below``.
+    below: Surface,
+    above: Surface,
+    kept: NDArray[np.intp],
+    matrix: NDArray[np.float64],
+    tolerances: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How the kept points of ``above``, moved by ``matrix`` (2, 3), lie on ``below``, by tolerance, loosest first.
 
-    Numbers of those on walls that face the same way, just in front of walls that face the other way, and deep in free
-    space; then
-    xx, xy and yy of the sum of n n^T over the first.
+    Numbers (K, 3) of those on walls that face the same way, just in front of walls that face the other way, and deep
+    in free space; and xx, xy and yy (3,) of the sum of n n^T over those on walls by the first tolerance.
     """
     scale = math.hypot(matrix[0, 0], matrix[1, 0])
     c, s = matrix[0, 0] / scale, matrix[1, 0] / scale
-    counts = np.zeros(6)
+    counts, scatter = np.zeros((len(tolerances), 3)), np.zeros(3)
     for k in kept:
         px, py, ax, ay = above[0][k, 0], above[0][k, 1], above[1][k, 0], above[1][k, 1]
         x = matrix[0, 0] * px + matrix[0, 1] * py + matrix[0, 2]
         y = matrix[1, 0] * px + matrix[1, 1] * py + matrix[1, 2]
         nx, ny = c * ax - s * ay, s * ax + c * ay
-        index, distance = nearest_point(below, x, y, nx, ny)
-        if distance <= tolerance and facing(nx, ny, below[1][index, 0], below[1][index, 1]) > FACING_COSINE:
-            counts[0] += 1.0
-            counts[3] += nx * nx
-            counts[4] += nx * ny
-            counts[5] += ny * ny
-            continue
-        index, distance = nearest_point(below, x, y, -nx, -ny)
-        if distance <= tolerance:
+        index, away = nearest_point(below, x, y, nx, ny)
+        if index >= 0 and facing(nx, ny, below[1][index, 0], below[1][index, 1]) <= FACING_COSINE:
+            away = math.inf
+        if away <= tolerances[0]:
+            scatter += np.array([nx * nx, nx * ny, ny * ny])
+        index, across = nearest_point(below, x, y, -nx, -ny)
+        opposed = False
+        if index >= 0:
             qx, qy = below[1][index, 0], below[1][index, 1]
             in_front = (x - below[0][index, 0]) * qx + (y - below[0][index, 1]) * qy > 0.0
-            if in_front and facing(nx, ny, qx, qy) < -FACING_COSINE:
-                counts[1] += 1.0
-        elif depth_at(below, x, y) > tolerance:
-            counts[2] += 1.0
-    return counts
+            opposed = in_front and facing(nx, ny, qx, qy) < -FACING_COSINE
+        deep = depth_at(below, x, y)
+        for level, tolerance in enumerate(tolerances):
+            if away <= tolerance:
+                counts[level, 0] += 1.0
+            elif across <= tolerance:
+                counts[level, 1] += opposed
+            elif deep > tolerance:
+                counts[level, 2] += 1.0
+    return counts, scatter
 
 
 @njit(cache=True)

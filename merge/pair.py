@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mapping.similarity2 import Similarity2
-from merge.candidates import Candidate, candidates, distinct, is_rival, settled
+from merge.candidates import Candidate, candidates, distinct, is_rival, settled, sharpest
 from merge.cells import compare_cells
 from merge.chart import Chart
 from merge.decision import BARE, Decision, decide
@@ -50,9 +50,10 @@ def merge_pair(
     if not found:
         return PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
     found = _with_rivals(target.chart, source.chart, found, scale)
-    best = settled(target.chart, source.chart, found[0], scale)
-    rivals = [other for other in found if is_rival(target.chart, source.chart, best, other)]
-    evidence = _evidence(target.chart, source.chart, best, max((r.walls.agreement for r in rivals), default=0.0))
+    level = sharpest(found)
+    best = settled(target.chart, source.chart, found[0], scale, level)
+    rivals = [other.laid[level].agreement for other in found if is_rival(target.chart, source.chart, best, other)]
+    evidence = _evidence(target.chart, source.chart, best, level, max(rivals, default=0.0))
     return PairAnswer(best.target_from_source, evidence, decide(evidence))
 
 
@@ -62,9 +63,9 @@ def _with_rivals(target: Chart, source: Chart, found: list[Candidate], scale: Sc
     return distinct(target, source, [*found, *rivals])
 
 
-def _evidence(target: Chart, source: Chart, best: Candidate, rival_agreement: float) -> Evidence:
+def _evidence(target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
-    walls = best.walls
+    walls = best.laid[level]
     return Evidence(
         acceptance_index=cells.acceptance_index,
         walls_on_walls=walls.on_walls / walls.judged if walls.judged > 0.0 else None,
@@ -72,6 +73,7 @@ def _evidence(target: Chart, source: Chart, best: Candidate, rival_agreement: fl
         common_known_cells=cells.known,
         overlap=cells.overlap,
         matched_walls_cells=walls.on_walls,
+        tolerance_cells=walls.tolerance,
         spread=walls.spread,
         agreement=walls.agreement,
         rival_agreement=rival_agreement,

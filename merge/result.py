@@ -24,6 +24,8 @@ class Evidence:
     - ``walls_in_free``: share of them that lie deep inside the other map's free space;
     - ``common_known_cells``: area that both know, in cells of the coarser map;
     - ``overlap``: that area as a share of what the map that knows less knows;
+    - ``tolerance_cells``: how far apart, in cells of the coarser map, two walls may lie here and still be one: the
+      less, the crisper the maps;
     - ``matched_walls_cells``: length of the walls on walls, in cells of the coarser map;
     - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
     - ``agreement``: the number that ranks candidates, 0 to 1;
@@ -37,6 +39,7 @@ class Evidence:
     walls_in_free: float | None
     common_known_cells: float
     overlap: float
+    tolerance_cells: float
     matched_walls_cells: float
     spread: float
     agreement: float

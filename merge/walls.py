@@ -14,8 +14,9 @@ from mapping.similarity2 import Similarity2
 from merge.chart import Chart
 from merge.laying import count_laid
 
-TOLERANCE_SHARE = 0.014
-"""Walls this share of the smaller map's diagonal apart may be one wall: one number for bent and for crisp maps."""
+TOLERANCE_SHARES = (0.014, 0.010, 0.007, 0.0035, 0.002)
+"""Walls this share of the smaller map's diagonal apart may be one wall: from what bent maps need to what crisp ones
+bear."""
 
 TOLERANCE_CELLS = 1.5
 """Never less than this many cells of the coarser map."""
@@ -23,15 +24,16 @@ TOLERANCE_CELLS = 1.5
 
 @dataclass(frozen=True)
 class Walls:
-    """Wall lengths under one transform, the mean of both directions, in cells of the coarser map.
+    """Wall lengths under one transform by one tolerance, the mean of both directions, in cells of the coarser map.
 
-    ``on_walls`` lies within the tolerance of surface of the other map that faces the same way. ``opposed`` lies just in
+    ``on_walls`` lies within ``tolerance`` of surface of the other map that faces the same way. ``opposed`` lies just in
     front of surface that faces the other way; just behind it, the two may be both sides of a thin wall, which says
     nothing. ``in_free`` lies deeper than the tolerance in the other's free space; ``smaller`` is all
     the surface of the map that has less. ``spread`` (0 to 1/2) is the lesser share of the directions that the walls
-    on walls face: 0 in a bare corridor, whose answer may slide along.
+    on walls face, by the loosest tolerance: 0 in a bare corridor, whose answer may slide along.
     """
 
+    tolerance: float
     on_walls: float
     opposed: float
     in_free: float
@@ -53,44 +55,52 @@ class Walls:
         return (self.on_walls / self.judged) ** 2 * math.cbrt(min(1.0, self.on_walls / self.smaller))
 
 
-def tolerance_cells(target: Chart, source: Chart, scale: float) -> float:
+def tolerance_cells(target: Chart, source: Chart, scale: float, share: float = TOLERANCE_SHARES[0]) -> float:
     """How far apart two walls may lie and still be one, in cells of the target."""
     diagonal = min(target.diagonal, scale * source.diagonal)
-    return max(TOLERANCE_CELLS * max(1.0, scale), TOLERANCE_SHARE * diagonal)
+    return max(TOLERANCE_CELLS * max(1.0, scale), share * diagonal)
 
 
 def compare_walls(target: Chart, source: Chart, target_from_source: Similarity2, most_points: int = 2**31) -> Walls:
-    """Lay both surfaces on one another, each on the other; swapping the maps and inverting gives the same.
+    """Lay both surfaces on one another, each on the other, by the loosest tolerance; swapping the maps and inverting
+    gives the same.
 
     ``most_points`` thins long surfaces evenly, for speed. Blank maps give zeros.
     """
+    return _compared(target, source, target_from_source, most_points, TOLERANCE_SHARES[:1])[0]
+
+
+def compare_walls_sharply(
+    target: Chart, source: Chart, target_from_source: Similarity2, most_points: int = 2**31
+) -> tuple[Walls, ...]:
+    """The same by every tolerance, loosest first."""
+    return _compared(target, source, target_from_source, most_points, TOLERANCE_SHARES)
+
+
+def _compared(
+    target: Chart, source: Chart, target_from_source: Similarity2, most_points: int, shares: tuple[float, ...]
+) -> tuple[Walls, ...]:
     scale = target_from_source.scale
-    tolerance = tolerance_cells(target, source, scale)
-    there = _lay(target, source, target_from_source, tolerance, most_points)
-    back = _lay(source, target, target_from_source.inverse(), tolerance / scale, most_points)
+    tolerances = np.array([tolerance_cells(target, source, scale, share) for share in shares])
+    there, scatter = _lay(target, source, target_from_source, tolerances, most_points)
+    back, scatter_back = _lay(source, target, target_from_source.inverse(), tolerances / scale, most_points)
     coarser = max(1.0, scale)
-    lengths = (scale * there.lengths + back.lengths) / (2.0 * coarser)
-    scatter = there.scatter * scale + _turned(back.scatter, target_from_source.yaw)
-    return Walls(
-        on_walls=float(lengths[0]),
-        opposed=float(lengths[1]),
-        in_free=float(lengths[2]),
-        smaller=min(scale * len(source.points), float(len(target.points))) / coarser,
-        spread=_lesser_share(scatter),
+    spread = _lesser_share(scatter * scale + _turned(scatter_back, target_from_source.yaw))
+    smaller = min(scale * len(source.points), float(len(target.points))) / coarser
+    lengths = (scale * there + back) / (2.0 * coarser)
+    return tuple(
+        Walls(tolerance / coarser, on_walls, opposed, in_free, smaller, spread)
+        for tolerance, (on_walls, opposed, in_free) in zip(tolerances.tolist(), lengths.tolist(), strict=True)
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Laid:
-    lengths: NDArray[np.float64]  # on walls, opposed, in free
-    scatter: NDArray[np.float64]  # sum of n n^T over the walls on walls, in the frame of the map below
-
-
-def _lay(below: Chart, above: Chart, below_from_above: Similarity2, tolerance: float, most_points: int) -> _Laid:
+def _lay(
+    below: Chart, above: Chart, below_from_above: Similarity2, tolerances: NDArray[np.float64], most_points: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lengths (K, 3) on walls, opposed and in free; and the sum (2, 2) of n n^T in the frame of the map below."""
     kept, weight = thinned(len(above.points), most_points)
-    counts = count_laid(below.surface, above.surface, kept, below_from_above.matrix(), tolerance)
-    xx, xy, yy = weight * counts[3:]
-    return _Laid(weight * counts[:3], np.array([[xx, xy], [xy, yy]]))
+    lengths, (xx, xy, yy) = count_laid(below.surface, above.surface, kept, below_from_above.matrix(), tolerances)
+    return weight * lengths, weight * np.array([[xx, xy], [xy, yy]])
 
 
 @lru_cache(maxsize=256)

@@ -11,6 +11,7 @@ GOOD = Evidence(
     walls_in_free=0.03,
     common_known_cells=20000.0,
     overlap=0.5,
+    tolerance_cells=4.0,
     matched_walls_cells=900.0,
     spread=0.45,
     agreement=0.72,

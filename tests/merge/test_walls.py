@@ -28,11 +28,11 @@ def room(shape=(60, 80), wall=3):
 SAME = Similarity2.identity()
 
 
-def test_the_surface_lies_on_the_face_and_looks_into_the_free_space():
+def test_the_surface_lies_in_the_first_occupied_cells_and_looks_into_the_free_space():
     found = chart(room())
     low = found.points[np.abs(found.points[:, 0] - 40.5) < 0.1]
-    assert sorted(low[:, 1].tolist()) == pytest.approx([3.0, 57.0])
-    upward = found.normals[np.hypot(*(found.points - (40.5, 3.0)).T).argmin()]
+    assert sorted(low[:, 1].tolist()) == pytest.approx([2.5, 57.5])
+    upward = found.normals[np.hypot(*(found.points - (40.5, 2.5)).T).argmin()]
     assert upward == pytest.approx((0.0, 1.0))
 
 
@@ -76,7 +76,7 @@ def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
     from_below, from_above = np.full((40, 60), -1), np.full((40, 60), -1)
     from_below[:20], from_below[20:22] = 0, 100
     from_above[22:], from_above[20:22] = 0, 100
-    walls = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -3.0))
+    walls = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -2.0))
     assert walls.on_walls == 0.0
     assert walls.opposed == pytest.approx(60.0)  # each wall stands in the other's free space
     both_sides = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -1.0))
