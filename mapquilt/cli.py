@@ -63,15 +63,16 @@ app = typer.Typer(
 app.add_typer(worlds_app, name="worlds")
 
 
-def folder(text: str) -> Path:
-    """A folder's name. An empty one, as of a variable that is not set, would be the folder that one is in."""
+def path(text: str) -> Path:
+    """The name of what is to be written. An empty one, as of a variable that is not set, would be the folder that one
+    is in."""
     if not text:
-        raise typer.BadParameter("it names no folder")
+        raise typer.BadParameter("it names nothing")
     return Path(text)
 
 
 Out = Annotated[
-    Path, typer.Option("--out", parser=folder, help="Run folder to write; a run of mapquilt's there is replaced.")
+    Path, typer.Option("--out", parser=path, help="Run folder to write; a run of mapquilt's there is replaced.")
 ]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that `simulate` or `sense` wrote.")]
 Noise = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 a decent robot, 3 a bad one.")]
@@ -212,7 +213,7 @@ def merge(
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[
         Path | None,
-        typer.Option(parser=folder, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
+        typer.Option(parser=path, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
     ] = None,
     unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
@@ -258,7 +259,10 @@ def convert(
         Path, typer.Argument(metavar="MAP | LOG | RUN", help="A map file, a robot's log.npz, or a run folder.")
     ],
     out: Annotated[
-        Path, typer.Argument(metavar="OUT", help="File to write, replaced if there; for a run, a new or empty folder.")
+        Path,
+        typer.Argument(
+            metavar="OUT", parser=path, help="File to write, replaced if there; for a run, a new or empty folder."
+        ),
     ],
     to: Annotated[
         Format | None, typer.Option(help="Default: by OUT's ending, .yaml, .pgm, .png, .tum or .carmen.")
