@@ -177,4 +177,4 @@ def test_what_is_no_world_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "aliases are not read" in refusal(capsys, "worlds", "show", laughs)
     assert "width is 4 m, too small" in refusal(capsys, "worlds", "show", "house", "--width", "4")
     assert "ends in .json" in refusal(capsys, "worlds", "make", "maze", "--out", tmp_path / "maze.txt")
-    assert "seed is -1" in refusal(capsys, "worlds", "show", "maze", "--seed=-1")
+    assert "--seed -1: must" in refusal(capsys, "worlds", "show", "maze", "--seed=-1")
