@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
 from mapping.similarity2 import Similarity2
@@ -47,6 +48,11 @@ def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_sour
     agree, disagree = (area * there + back) / (2.0 * coarser)
     smaller = min(area * np.count_nonzero(source.known), float(np.count_nonzero(target.known))) / coarser
     return CommonCells(float(agree), float(disagree), float(smaller))
+
+
+def centres(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Centres (N, 2), x and y in cells (:class:`merge.chart.Chart`), of the set cells of a raster (rows, cols)."""
+    return np.argwhere(mask)[:, ::-1].astype(np.float64) + 0.5
 
 
 def _counts(below: OccupancyGrid, above: OccupancyGrid, below_from_above: Similarity2) -> tuple[int, int]:

@@ -6,13 +6,38 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from merge.baselines.genetic import Genetic
+from merge.baselines.hough import Hough
+from merge.baselines.icp import Icp
 from merge.baselines.plain_orb import PlainOrb
+from merge.baselines.random_walk import RandomWalk
+from merge.baselines.stitching import Stitching
 from merge.proposer import Proposer
 from merge.published import Published
 from merge.quilt import Quilt
 from merge.sift import Sift
 
-PROPOSERS: Mapping[str, Proposer[Any]] = MappingProxyType({"quilt": Quilt(), "sift": Sift(), "orb": PlainOrb()})
+PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType(
+    {
+        "orb": PlainOrb(),
+        "stitching": Stitching(),
+        "hough": Hough(),
+        "random_walk": RandomWalk(),
+        "genetic": Genetic(),
+        "icp": Icp(),
+    }
+)
+"""Those that come with an answer and a rule of acceptance of their own; each is a proposer too."""
 
-PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType({"orb": PlainOrb()})
-"""Those that come with an answer and a rule of acceptance of their own."""
+PROPOSERS: Mapping[str, Proposer[Any]] = MappingProxyType(
+    {
+        "quilt": Quilt(),
+        "sift": Sift(),
+        "orb": PlainOrb(),
+        "stitching": Stitching(),
+        "hough": Hough(),
+        "random_walk": RandomWalk(),
+        "genetic": Genetic(),
+        "icp": Icp(),
+    }
+)

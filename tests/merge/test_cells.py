@@ -5,7 +5,7 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from merge.cells import compare_cells
+from merge.cells import centres, compare_cells
 
 
 def grid(rows):
@@ -58,3 +58,9 @@ def test_maps_apart_have_no_index():
     common = compare_cells(A, B, Similarity2(50.0, 0.0))
     assert common.acceptance_index is None
     assert common.overlap == 0.0
+
+
+def test_centres_lie_half_a_cell_in():
+    mask = np.zeros((3, 5), dtype=bool)
+    mask[2, 0] = mask[1, 4] = True
+    assert centres(mask).tolist() == [[4.5, 1.5], [0.5, 2.5]]
