@@ -15,9 +15,10 @@ from mapping.trajectory import Trajectory
 from mapping.tum import load_tum
 from mapquilt.numbers import parse_number
 from mapquilt.robots_file import load_robots
+from sim.bullet import MAX_ROBOTS
 from sim.drive import Drive, DriveLimits
 from sim.lidar import Lidar
-from sim.mission_settings import LARGEST_TEAM, MissionSettings, PolicyName
+from sim.mission_settings import MissionSettings, PolicyName
 from sim.robot import RobotSettings
 from sim.starts import Starts
 
@@ -92,7 +93,7 @@ def _team(options: MissionOptions) -> int | tuple[RobotSettings, ...]:
             raise ValueError(f"--robots {options.robots}, but {options.robots_file} holds {len(team)}")
         return team
     count = options.robots if options.robots is not None else len(starts) or len(options.replay) or ROBOTS
-    if not 1 <= count <= LARGEST_TEAM:
+    if not 1 <= count <= MAX_ROBOTS:
         return count  # which the mission's settings refuse
     if len(starts) > count:
         raise ValueError(f"--start: {len(starts)} starts, but --robots {count}")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from sim.bullet import MAX_ROBOTS
 from sim.drive import DRIVES, Drive
 from sim.robot import RobotSettings
 from sim.starts import STARTS, Starts
@@ -19,8 +20,6 @@ POLICIES: tuple[str, ...] = get_args(PolicyName)
 
 LONGEST = 86_400.0
 """The longest mission [s]: a day."""
-
-LARGEST_TEAM = 1000
 
 
 @dataclass(frozen=True, init=False)
@@ -54,8 +53,8 @@ class MissionSettings:
         overlap: tuple[float, float] | None = None,
     ) -> None:
         count = robots if isinstance(robots, int) else len(robots)
-        if not 1 <= count <= LARGEST_TEAM:
-            raise ValueError(f"MissionSettings: robots is {count}, must lie between 1 and {LARGEST_TEAM}")
+        if not 1 <= count <= MAX_ROBOTS:
+            raise ValueError(f"MissionSettings: robots is {count}, must lie between 1 and {MAX_ROBOTS}")
         team = (RobotSettings(),) * robots if isinstance(robots, int) else tuple(robots)
         object.__setattr__(self, "robots", team)
         object.__setattr__(self, "duration", float(duration))

@@ -100,7 +100,7 @@ PAST_ALL = [
         (("simulate", "office", "--resolution", "0"), ("resolution", "0")),
         (("simulate", "office", "--poses", "guess"), ("poses", "guess")),
         (("simulate", "office", "--model", "magic"), ("magic", "octomap")),
-        (("simulate", "office", "--robots", "500"), ("500",)),
+        (("simulate", "office", "--robots", "30"), ("--robots 30", "between 1 and 29")),
         (("simulate", "office", "--scale", "wide"), ("scale", "wide")),
         (("simulate", "office", "--scale", "2:1"), ("--scale 2:1: must be LO:HI",)),
         (("simulate", "office", "--max-rotation", "200"), ("max-rotation", "200")),
