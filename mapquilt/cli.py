@@ -12,6 +12,7 @@ import typer
 
 from mapping.map_yaml import Mode
 from mapquilt import run_folder
+from mapquilt.benchmark.calibrate import calibrate
 from mapquilt.benchmark.command import benchmark
 from mapquilt.convert import Format
 from mapquilt.convert import convert as convert_files
@@ -298,6 +299,7 @@ def _warn(warnings: tuple[str, ...]) -> None:
 
 app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
+app.command()(calibrate)
 
 
 def _version(wanted: bool) -> None:

@@ -14,38 +14,46 @@ CONTRADICTION = "walls contradict free space"
 RIVAL = "two answers equally good"
 
 
+MISSING = 2.0
+"""Log-odds against an answer that lacks what must be there."""
+
+
 @dataclass(frozen=True)
 class DecisionSettings:
-    """The constants of :func:`decide`, set on generated pairs; lengths in cells of the coarser map.
+    """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``margin``, ``threshold``: the log-odds of being right are ``agreement`` times the agreement, plus
-      ``margin`` times the share by which the best rival lies below it, less ``threshold``; a margin above
-      ``enough_margin`` says no more, or a poor answer would pass for want of any other;
+    - ``agreement``, ``lead``, ``threshold``: the log-odds of being right are ``agreement`` times the agreement, plus
+      ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no more,
+      or a poor answer would pass for want of any other. Fitted by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
-    - ``min_margin``: a rival nearer than that is never overlooked, however good the rest.
+    - ``min_margin``: the best rival must agree less by this share, however good the rest;
+    - ``min_confidence``: what is less sure is refused.
 
-    Raises ``ValueError`` naming a constant that is negative or not finite.
+    Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 10.0
-    margin: float = 15.0
-    threshold: float = 9.5
-    enough_margin: float = 0.35
+    agreement: float = 8.0
+    lead: float = 18.0
+    threshold: float = 8.5
+    enough_lead: float = 0.5
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
     min_margin: float = 0.1
+    min_confidence: float = 0.5
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not 0.0 <= value < math.inf:
                 raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
+        if self.min_confidence > 1.0:
+            raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must be at most 1")
 
 
 @dataclass(frozen=True)
 class Decision:
-    """The verdict; ``confidence`` is at least 1/2 exactly where it is accepted, and ``reason`` is None there."""
+    """The verdict; ``reason`` is None where it is accepted."""
 
     accepted: bool
     confidence: float
@@ -53,24 +61,33 @@ class Decision:
 
 
 def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) -> Decision:
-    """Accept where the log-odds of being right are not negative and nothing that must be there is missing.
+    """Accept where the answer is sure enough and nothing that must be there is missing.
 
-    The confidence rises with every piece of evidence, but is not calibrated on anything but office worlds. A refusal
-    names what is missing most; a rival is named where the answer would be believed without it.
+    The confidence rises with every piece of evidence. A refusal names what is missing most; a rival is named where
+    the answer would be believed without it.
     """
-    odds, reason = _log_odds(evidence, settings, _margin(evidence)), _lacking(evidence, settings)
+    odds, reason = _log_odds(evidence, settings, lead_of(evidence)), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
         if value < needed:
-            odds, reason = min(odds, value / needed - 1.01), missing
+            odds, reason = min(odds, value / needed - 1.0 - MISSING), missing
             break
-    confidence = 1.0 / (1.0 + math.exp(-max(-40.0, min(40.0, odds))))
-    accepted = odds >= 0.0
+    confidence = _confidence(odds)
+    accepted = confidence >= settings.min_confidence
     return Decision(accepted, confidence, None if accepted else reason)
 
 
-def _log_odds(evidence: Evidence, settings: DecisionSettings, margin: float) -> float:
-    counted = min(margin, settings.enough_margin)
-    return settings.agreement * evidence.agreement + settings.margin * counted - settings.threshold
+def lead_of(evidence: Evidence) -> float:
+    """By how much the answer agrees better than its best rival; not negative."""
+    return max(0.0, evidence.agreement - evidence.rival_agreement)
+
+
+def _log_odds(evidence: Evidence, settings: DecisionSettings, lead: float) -> float:
+    counted = min(lead, settings.enough_lead)
+    return settings.agreement * evidence.agreement + settings.lead * counted - settings.threshold
+
+
+def _confidence(log_odds: float) -> float:
+    return 1.0 / (1.0 + math.exp(-max(-40.0, min(40.0, log_odds))))
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:
@@ -78,17 +95,13 @@ def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, 
         (BARE, evidence.matched_walls_cells, settings.min_matched_walls_cells),
         (ONE_WAY, evidence.spread, settings.min_spread),
         (OVERLAP, evidence.overlap, settings.min_overlap),
-        (_lacking(evidence, settings), _margin(evidence), settings.min_margin),
+        (_lacking(evidence, settings), lead_of(evidence), settings.min_margin * evidence.agreement),
     )
 
 
 def _lacking(evidence: Evidence, settings: DecisionSettings) -> str:
-    if _log_odds(evidence, settings, settings.enough_margin) >= 0.0:
+    if _confidence(_log_odds(evidence, settings, evidence.agreement)) >= settings.min_confidence:
         return RIVAL
     share = evidence.walls_on_walls or 0.0
     by_contradiction, by_little_overlap = 1.0 - share**2, share**2 - evidence.agreement
     return CONTRADICTION if by_contradiction > by_little_overlap else OVERLAP
-
-
-def _margin(evidence: Evidence) -> float:
-    return 1.0 - min(1.0, evidence.rival_agreement / evidence.agreement) if evidence.agreement > 0.0 else 0.0

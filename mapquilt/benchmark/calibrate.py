@@ -1,0 +1,86 @@
+"""``mapquilt calibrate``: the constants of the merger's decision, fitted again."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mapping.atomic import folder_aside
+from mapping.seeds import Role, stream
+from mapquilt.benchmark.calibration import Calibration, calibration
+from mapquilt.benchmark.dataset_pairs import dataset_pairs
+from mapquilt.benchmark.fitting import fit_decision, judged_again
+from mapquilt.benchmark.reliability import reliability_figure
+from mapquilt.benchmark.run import run_benchmark
+from mapquilt.benchmark.selection import even_sample
+from mapquilt.benchmark.trial import Trial
+from mapquilt.png import figure_png
+from mapquilt.progress import count_progress
+from mapquilt.run_folder import refuse_foreign
+from mapquilt.tables import print_table
+from merge.decision import DecisionSettings
+from merge.settings import MergeSettings
+
+CALIBRATION_FILE = "calibration.json"
+RELIABILITY_PICTURE = "reliability.png"
+
+
+def calibrate(
+    dataset: Annotated[Path, typer.Option(metavar="DIR", help="Finished data set.")],
+    out: Annotated[Path, typer.Option(help="Folder to write; a calibration there is replaced.")],
+    split: Annotated[str, typer.Option(help="Split to fit on.")] = "train",
+    check: Annotated[str, typer.Option(help="Split of other worlds to check on.")] = "test",
+    method: Annotated[str, typer.Option(help="Method whose answers are judged.")] = "quilt",
+    limit: Annotated[int | None, typer.Option(help="Use so many pairs of each split, chosen evenly.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the choice and of the method.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = 1,
+) -> int:
+    """Fit the merger's confidence to generated pairs, and check it on worlds that the fit has not seen.
+
+    Prints the constants as merge/decision.py holds them, and writes them with the reliability diagram of the check.
+    """
+    if split == check:
+        raise ValueError(f"--check {check}: is the split that is fitted on")
+    refuse_foreign(out, CALIBRATION_FILE)
+    fitted = fit_decision(_trials(dataset, split, method, limit, seed, workers))
+    checked = calibration(judged_again(_trials(dataset, check, method, limit, seed, workers), fitted), 0)
+    if checked is None:
+        raise ValueError(f"{dataset}: split {check} holds no pair that is not bent")
+    with folder_aside(out) as folder:
+        record = json.dumps(_record(method, fitted, checked), indent=2, allow_nan=False)
+        (folder / CALIBRATION_FILE).write_text(record + "\n", encoding="utf-8")
+        (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
+    print_table(f"agreement {fitted.agreement:.2f}, lead {fitted.lead:.2f}, threshold {fitted.threshold:.2f}")
+    auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
+    print_table(
+        f"{out}: on {checked.pairs} pairs of {check}: expected calibration error {checked.ece:.3f}, "
+        f"Brier {checked.brier:.3f} (base rate {checked.base_brier:.3f}), AUC {auc}"
+    )
+    return 0
+
+
+def _trials(dataset: Path, split: str, method: str, limit: int | None, seed: int, workers: int) -> list[Trial]:
+    pairs = dataset_pairs(dataset, split)
+    if limit is not None:
+        pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
+    with count_progress(f"pairs of {split}") as on_progress:
+        return run_benchmark(pairs, (MergeSettings(method),), seed, workers, on_progress)
+
+
+def _record(method: str, fitted: DecisionSettings, checked: Calibration) -> dict[str, Any]:
+    return {
+        "schema": "mapquilt-calibration/1",
+        "method": method,
+        "decision": dataclasses.asdict(fitted),
+        "check": {
+            "pairs": checked.pairs,
+            "expected_calibration_error": checked.ece,
+            "brier": checked.brier,
+            "base_brier": checked.base_brier,
+            "auc": checked.auc,
+        },
+    }

@@ -1,0 +1,93 @@
+"""The constants of the merger's decision, fitted on pairs whose transform is known."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from mapquilt.benchmark.strata import OVERLAPS, overlap_class
+from mapquilt.benchmark.trial import Answer, Trial
+from merge.decision import DecisionSettings, decide, lead_of
+
+RIDGE = 1e-3
+LEAST_OVERLAP = OVERLAPS[1][0]
+
+
+def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
+    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood (logistic regression).
+
+    ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
+    third each. Bent pairs and answers that other rules refuse anyway are left out.
+
+    Raises ``ValueError`` where right and wrong answers are not both there.
+    """
+    judged = [(trial, trial.answers[0]) for trial in trials if not trial.bent and _open(trial.answers[0], start)]
+    right = np.array([answer.right for _, answer in judged])
+    if right.all() or not right.any():
+        raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
+    weights = _weights([_group(trial) for trial, _ in judged])
+    features = np.array([_features(answer, start) for _, answer in judged])
+    agreement, lead, offset = _logistic(features, right, weights)
+    return dataclasses.replace(
+        start, agreement=max(0.0, agreement), lead=max(0.0, lead), threshold=max(0.0, -offset)
+    )
+
+
+def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:
+    """The trials as they would have been decided by other constants."""
+    return [
+        dataclasses.replace(trial, answers=tuple(_decided(answer, settings) for answer in trial.answers))
+        for trial in trials
+    ]
+
+
+def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
+    if answer.evidence is None:
+        return answer
+    decision = decide(answer.evidence, settings)
+    return dataclasses.replace(
+        answer, accepted=decision.accepted, confidence=decision.confidence, reason=decision.reason
+    )
+
+
+def _open(answer: Answer, settings: DecisionSettings) -> bool:
+    """Whether the fitted rule decides, and not one of the others."""
+    if answer.evidence is None:
+        return False
+    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, threshold=0.0, min_confidence=0.5)
+    return decide(answer.evidence, even).accepted
+
+
+def _features(answer: Answer, settings: DecisionSettings) -> tuple[float, float]:
+    assert answer.evidence is not None  # _open
+    return answer.evidence.agreement, min(lead_of(answer.evidence), settings.enough_lead)
+
+
+def _group(trial: Trial) -> str:
+    overlap = trial.pair.overlap
+    wanted = trial.sound and (overlap is None or overlap >= LEAST_OVERLAP)
+    return overlap_class(trial) if wanted else "to be refused"
+
+
+def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
+    names, index, counts = np.unique(groups, return_inverse=True, return_counts=True)
+    return np.asarray(len(groups) / (len(names) * counts[index]), np.float64)
+
+
+def _logistic(
+    features: NDArray[np.float64], right: NDArray[np.bool_], weights: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    inputs = np.column_stack((features, np.ones(len(features))))
+
+    def loss(constants: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        odds = inputs @ constants
+        chance = 1.0 / (1.0 + np.exp(-odds))
+        value = float((weights * (np.logaddexp(0.0, odds) - right * odds)).sum() + RIDGE * (constants**2).sum())
+        return value, inputs.T @ (weights * (chance - right)) + 2.0 * RIDGE * constants
+
+    first, second, offset = minimize(loss, np.zeros(3), jac=True, method="BFGS").x
+    return float(first), float(second), float(offset)

@@ -1,0 +1,75 @@
+"""The fit of the decision: constants that made the answers are found again, and count what they should."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mapquilt.benchmark.fitting import fit_decision, judged_again
+from mapquilt.benchmark.trial import Trial
+from mapquilt.cli import run
+from merge.decision import DecisionSettings, decide
+from merge.result import Evidence
+from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
+
+TRUE = DecisionSettings(agreement=7.0, lead=11.0, threshold=6.0)
+EVIDENCE = Evidence(0.9, 0.95, 0.03, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, None, None, 3)
+
+
+def drawn(number: int, seed: int = 0, **fields: float) -> list[Trial]:
+    """Answers that are right as often as the true constants say."""
+    rng = np.random.default_rng(seed)
+    trials = []
+    for _ in range(number):
+        agreement = rng.uniform(0.1, 1.0)
+        found = dataclasses.replace(
+            EVIDENCE, agreement=agreement, rival_agreement=agreement * rng.uniform(0.3, 1.1), **fields
+        )
+        right = rng.random() < decide(found, TRUE).confidence
+        trials.append(trial(pair(overlap=0.6), answer(True, GOOD if right else BAD, evidence=found)))
+    return trials
+
+
+def test_the_constants_that_made_the_answers_are_found_again():
+    fitted = fit_decision(drawn(8000))
+    assert fitted.agreement == pytest.approx(TRUE.agreement, abs=0.9)
+    assert fitted.lead == pytest.approx(TRUE.lead, abs=1.3)
+    assert fitted.threshold == pytest.approx(TRUE.threshold, abs=0.6)
+    assert fitted.min_overlap == DecisionSettings().min_overlap
+
+
+def test_bent_pairs_and_what_other_rules_refuse_are_left_out():
+    trials = drawn(300)
+    bent = [dataclasses.replace(t, bent=True) for t in drawn(300, seed=1)]
+    assert fit_decision(trials + bent + drawn(300, seed=2, overlap=0.01)) == fit_decision(trials)
+
+
+def test_each_kind_of_pair_weighs_the_same_however_many_there_are():
+    """Doubling the negatives, which weigh a third together, changes nothing."""
+    negatives = [dataclasses.replace(t, pair=pair(negative=True)) for t in drawn(200, seed=1)]
+    positives = drawn(200)
+    once, twice = fit_decision(positives + negatives), fit_decision(positives + negatives + negatives)
+    assert dataclasses.astuple(once) == pytest.approx(dataclasses.astuple(twice), rel=1e-2)
+
+
+def test_answers_that_are_all_right_fit_nothing():
+    with pytest.raises(ValueError, match="needs right and wrong answers"):
+        fit_decision([trial(pair(), answer(True, GOOD, evidence=EVIDENCE))])
+
+
+def test_judging_again_moves_the_verdict_and_nothing_else():
+    strict = dataclasses.replace(TRUE, min_confidence=0.999)
+    before = drawn(5)
+    for old, new in zip(before, judged_again(before, strict), strict=True):
+        assert new.pair == old.pair and new.answers[0].error == old.answers[0].error
+        assert new.answers[0].confidence == decide(old.answers[0].evidence, strict).confidence
+        assert new.answers[0].accepted == (new.answers[0].confidence >= 0.999)
+
+
+def test_checking_on_what_was_fitted_is_refused(tmp_path, capsys):
+    arguments = ["calibrate", "--dataset", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert run([*arguments, "--split", "train", "--check", "train"]) == 2
+    assert "--check train" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
