@@ -47,8 +47,8 @@ class Chart:
     @staticmethod
     def of(grid: OccupancyGrid) -> Chart:
         rows, cols = np.nonzero(_surface(grid))
-        normals = _normals(grid)[rows, cols]
-        diagonal = _known_diagonal(grid)
+        normals = _normals(grid, rows, cols)
+        diagonal = grid.known_diagonal / grid.frame.resolution
         margin = 2 + math.ceil(MARGIN_SHARE * diagonal)
         return Chart(
             grid=grid,
@@ -81,19 +81,16 @@ def _surface(grid: OccupancyGrid) -> NDArray[np.bool_]:
     return grid.occupied & (beside_free > 0)
 
 
-def _normals(grid: OccupancyGrid) -> NDArray[np.float64]:
-    free = np.pad(grid.free.astype(np.float64), 1)
+def _normals(grid: OccupancyGrid, rows: NDArray[np.intp], cols: NDArray[np.intp]) -> NDArray[np.float64]:
+    free = np.pad(grid.free.astype(np.float32), 1)
     blurred = cv2.GaussianBlur(free, (0, 0), NORMAL_BLUR_CELLS, borderType=cv2.BORDER_CONSTANT)
-    along_y, along_x = np.gradient(blurred)
-    normals = np.stack((along_x, along_y), axis=-1)[1:-1, 1:-1]
-    length = np.hypot(normals[..., 0], normals[..., 1])
+    row, col = rows + 1, cols + 1
+    along_x = blurred[row, col + 1].astype(np.float64) - blurred[row, col - 1]
+    along_y = blurred[row + 1, col].astype(np.float64) - blurred[row - 1, col]
+    normals = np.stack((along_x, along_y), axis=-1) / 2.0
+    length = np.hypot(normals[:, 0], normals[:, 1])
     clear = length > 0.02  # a straight wall has 0.2 to 0.3
-    return np.where(clear[..., None], normals / np.where(clear, length, 1.0)[..., None], 0.0)
-
-
-def _known_diagonal(grid: OccupancyGrid) -> float:
-    rows, cols = np.nonzero(grid.known)
-    return math.hypot(np.ptp(rows) + 1, np.ptp(cols) + 1) if rows.size else 0.0
+    return np.where(clear[:, None], normals / np.where(clear, length, 1.0)[:, None], 0.0)
 
 
 def _nearest(

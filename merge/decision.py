@@ -33,15 +33,15 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 8.0
-    lead: float = 18.0
-    threshold: float = 8.5
+    agreement: float = 7.8
+    lead: float = 26.5
+    threshold: float = 7.3
     enough_lead: float = 0.5
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
     min_margin: float = 0.1
-    min_confidence: float = 0.5
+    min_confidence: float = 0.7
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

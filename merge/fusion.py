@@ -9,13 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
+from mapping.grid import SMALLEST_MISS, OccupancyGrid
 from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-
-SMALLEST_MISS = np.float32(-1e-6)
-"""What a cell keeps whose evidence cancels, so that a cell once seen does not turn unknown."""
 
 ROUNDING_CELLS = 1e-6
 

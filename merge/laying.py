@@ -89,13 +89,13 @@ def count_laid(
         if index >= 0 and facing(nx, ny, below[1][index, 0], below[1][index, 1]) <= FACING_COSINE:
             away = math.inf
         if away <= tolerances[0]:
-            scatter += np.array([nx * nx, nx * ny, ny * ny])
-        index, across = nearest_point(below, x, y, -nx, -ny)
-        opposed = False
-        if index >= 0:
-            qx, qy = below[1][index, 0], below[1][index, 1]
-            in_front = (x - below[0][index, 0]) * qx + (y - below[0][index, 1]) * qy > 0.0
-            opposed = in_front and facing(nx, ny, qx, qy) < -FACING_COSINE
+            scatter[0] += nx * nx
+            scatter[1] += nx * ny
+            scatter[2] += ny * ny
+        if away <= tolerances[-1]:
+            counts[:, 0] += 1.0
+            continue
+        across, opposed = _behind_or_in_front(below, x, y, nx, ny)
         deep = depth_at(below, x, y)
         for level, tolerance in enumerate(tolerances):
             if away <= tolerance:
@@ -105,6 +105,17 @@ def count_laid(
             elif deep > tolerance:
                 counts[level, 2] += 1.0
     return counts, scatter
+
+
+@njit(cache=True)
+def _behind_or_in_front(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[float, bool]:
+    """Distance to the nearest surface that faces about the other way, and whether (x, y) lies in front of it."""
+    index, distance = nearest_point(below, x, y, -nx, -ny)
+    if index < 0:
+        return distance, False
+    qx, qy = below[1][index, 0], below[1][index, 1]
+    in_front = (x - below[0][index, 0]) * qx + (y - below[0][index, 1]) * qy > 0.0
+    return distance, in_front and facing(nx, ny, qx, qy) < -FACING_COSINE
 
 
 @njit(cache=True)

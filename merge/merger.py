@@ -58,8 +58,8 @@ def match_maps(
 ) -> tuple[PairResult, ...]:
     """The pairwise answers of :func:`merge_maps` alone: nothing is chained or fused."""
     scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
-    method = PUBLISHED[settings.method] if settings.as_published else PROPOSERS[settings.method]
-    sheets = [_sheet(grid, method) for grid in maps.grids]
+    methods = (PUBLISHED[settings.method],) if settings.as_published else PROPOSERS[settings.method]
+    sheets = [_sheet(grid, methods) for grid in maps.grids]
     indices = list(combinations(range(len(maps)), 2))
     pairs = []
     for done, (target, source) in enumerate(indices, start=1):
@@ -71,10 +71,10 @@ def match_maps(
     return tuple(pairs)
 
 
-def _sheet(grid: OccupancyGrid, method: Proposer[Any] | Published[Any]) -> Sheet:
+def _sheet(grid: OccupancyGrid, methods: Sequence[Proposer[Any] | Published[Any]]) -> Sheet:
     in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds)
     chart = Chart.of(in_cells.cropped(MARGIN_CELLS))
-    return Sheet(chart, method.describe(chart))
+    return Sheet(chart, tuple(method.describe(chart) for method in methods))
 
 
 def _cells_per_cell(maps: MapSet, target: int, source: int) -> float:
@@ -96,7 +96,7 @@ def _judged(
     target: Sheet, source: Sheet, scale: ScaleRange, settings: MergeSettings, rng: np.random.Generator
 ) -> PairAnswer:
     if settings.as_published:
-        return PUBLISHED[settings.method].published(target.description, source.description, scale, rng)
+        return PUBLISHED[settings.method].published(target.descriptions[0], source.descriptions[0], scale, rng)
     return merge_pair(target, source, scale, PROPOSERS[settings.method], rng)
 
 

@@ -12,10 +12,25 @@ from merge.baselines.icp import Icp
 from merge.baselines.plain_orb import PlainOrb
 from merge.baselines.random_walk import RandomWalk
 from merge.baselines.stitching import Stitching
+from merge.facing import Facing
+from merge.orb import Orb
 from merge.proposer import Proposer
 from merge.published import Published
-from merge.quilt import Quilt
 from merge.sift import Sift
+
+PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
+    {
+        "quilt": (Orb(), Facing()),
+        "sift": (Sift(),),
+        "orb": (PlainOrb(),),
+        "stitching": (Stitching(),),
+        "hough": (Hough(),),
+        "random_walk": (RandomWalk(),),
+        "genetic": (Genetic(),),
+        "icp": (Icp(),),
+    }
+)
+"""What each method proposes with, one after the other, until an answer is sure."""
 
 PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType(
     {
@@ -28,16 +43,3 @@ PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType(
     }
 )
 """Those that come with an answer and a rule of acceptance of their own; each is a proposer too."""
-
-PROPOSERS: Mapping[str, Proposer[Any]] = MappingProxyType(
-    {
-        "quilt": Quilt(),
-        "sift": Sift(),
-        "orb": PlainOrb(),
-        "stitching": Stitching(),
-        "hough": Hough(),
-        "random_walk": RandomWalk(),
-        "genetic": Genetic(),
-        "icp": Icp(),
-    }
-)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,14 +21,16 @@ from merge.scale_range import ScaleRange
 NOTHING_PROPOSED = "nothing was proposed"
 MIN_SURFACE_POINTS = 20
 RIVALS = 8
+SURE = 0.97
+"""An answer of this confidence needs no further proposals."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A map as the merger holds it: its chart, and what the method found on it."""
+    """A map as the merger holds it: its chart, and what each proposer of the method found on it."""
 
     chart: Chart
-    description: Any
+    descriptions: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -40,20 +43,33 @@ class PairAnswer:
 
 
 def merge_pair(
-    target: Sheet, source: Sheet, scale: ScaleRange, proposer: Proposer[Any], rng: np.random.Generator
+    target: Sheet, source: Sheet, scale: ScaleRange, proposers: Sequence[Proposer[Any]], rng: np.random.Generator
 ) -> PairAnswer:
-    """Propose, verify, refine, decide. ``scale`` in cells of the target per cell of the source."""
+    """Propose, verify, refine, decide; the next proposer is asked only where no answer is sure yet.
+
+    ``scale`` in cells of the target per cell of the source.
+    """
+    answer = PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
         return PairAnswer(None, None, Decision(False, 0.0, BARE))
-    proposals = proposer.propose(target.description, source.description, scale, rng)
-    found = candidates(target.chart, source.chart, proposals, scale)
-    if not found:
-        return PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
-    found = _with_rivals(target.chart, source.chart, found, scale)
+    found: list[Candidate] = []
+    for proposer, there, here in zip(proposers, target.descriptions, source.descriptions, strict=True):
+        proposals = proposer.propose(there, here, scale, rng)
+        found += candidates(target.chart, source.chart, proposals, scale)
+        if not found:
+            continue
+        found = _with_rivals(target.chart, source.chart, distinct(target.chart, source.chart, found), scale)
+        answer = _best(target.chart, source.chart, found, scale)
+        if answer.decision.accepted and answer.decision.confidence >= SURE:
+            break
+    return answer
+
+
+def _best(target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange) -> PairAnswer:
     level = sharpest(found)
-    best = settled(target.chart, source.chart, found[0], scale, level)
-    rivals = [other.laid[level].agreement for other in found if is_rival(target.chart, source.chart, best, other)]
-    evidence = _evidence(target.chart, source.chart, best, level, max(rivals, default=0.0))
+    best = settled(target, source, found[0], scale, level)
+    rivals = [other.laid[level].agreement for other in found if is_rival(target, source, best, other)]
+    evidence = _evidence(target, source, best, level, max(rivals, default=0.0))
     return PairAnswer(best.target_from_source, evidence, decide(evidence))
 
 

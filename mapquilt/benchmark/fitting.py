@@ -32,9 +32,7 @@ def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSett
     weights = _weights([_group(trial) for trial, _ in judged])
     features = np.array([_features(answer, start) for _, answer in judged])
     agreement, lead, offset = _logistic(features, right, weights)
-    return dataclasses.replace(
-        start, agreement=max(0.0, agreement), lead=max(0.0, lead), threshold=max(0.0, -offset)
-    )
+    return dataclasses.replace(start, agreement=max(0.0, agreement), lead=max(0.0, lead), threshold=max(0.0, -offset))
 
 
 def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:

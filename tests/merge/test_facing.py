@@ -3,9 +3,11 @@ import pytest
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
-from merge.quilt import Quilt, scales
+from merge.facing import Facing, FacingWalls, scales
 from merge.scale_range import ScaleRange
 from tests.merge.rooms import CELL, cave, observed, rooms, viewpoints
+
+RNG = np.random.default_rng(0)
 
 
 def two_charts(build, seed, source_from_world):
@@ -35,9 +37,9 @@ def nearest(proposals, truth, source):
 @pytest.mark.parametrize("known", [True, False], ids=["known", "free"])
 def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, known):
     target, source, truth = two_charts(build, 2, Similarity2(3.0, 1.0, -0.7, 1.0 if known else 1.4))
-    method = Quilt()
+    method = Facing()
     scale = ScaleRange.known() if known else ScaleRange.free()
-    proposals = method.correlated(method.describe(target), method.describe(source), scale)
+    proposals = method.propose(method.describe(target), method.describe(source), scale, RNG)
     assert nearest(proposals, truth, source) < 0.05
     assert all(scale.low <= p.target_from_source.scale <= scale.high for p in proposals)
 
@@ -45,12 +47,12 @@ def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, kn
 def test_where_no_direction_is_likely_all_are_tried():
     target, source, truth = two_charts(cave, 4, Similarity2(0.0, 0.0, 2.0))
     without_walls = [np.zeros(180)] * 2
-    method = Quilt()
+    method = Facing()
     descriptions = [
-        type(d)(d.layers, w, d.keypoints)
-        for d, w in zip(map(method.describe, (target, source)), without_walls, strict=True)
+        FacingWalls(method.describe(chart).layers, walls)
+        for chart, walls in zip((target, source), without_walls, strict=True)
     ]
-    proposals = method.correlated(*descriptions, ScaleRange.known())
+    proposals = method.propose(*descriptions, ScaleRange.known(), RNG)
     assert nearest(proposals, truth, source) < 0.06
 
 

@@ -1,10 +1,10 @@
-"""The method of the house: features for what is crisp, correlation of facing walls for what is not."""
+"""Proposals from the correlation of walls that face the same way, over scales and likely rotations."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from merge.chart import Chart
 from merge.correlation import Peak, correlate
 from merge.layers import Layers
-from merge.orb import Keypoints, Orb
 from merge.proposer import Proposal
 from merge.rotations import correlated, likely_yaws, wall_directions
 from merge.scale_range import ScaleRange
@@ -21,17 +20,16 @@ ALL_ROUND = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
 
 
 @dataclass(frozen=True, eq=False)
-class QuiltDescription:
-    """What :class:`Quilt` keeps of a map."""
+class FacingWalls:
+    """What :class:`Facing` keeps of a map."""
 
     layers: Layers
     directions: NDArray[np.float64]
-    keypoints: tuple[Keypoints, ...]
 
 
 @dataclass(frozen=True)
-class Quilt:
-    """ORB features and, over scales and likely rotations, correlation of signed surface normals.
+class Facing:
+    """Over scales and likely rotations, correlation of signed surface normals: for what is too ragged for features.
 
     - ``scale_step``, ``across``, ``peaks``: the correlation's scales lie no further apart than this factor, its rasters
       have so many cells along the larger map, and each scale and rotation brings so many shifts;
@@ -45,20 +43,14 @@ class Quilt:
     peaks: int = 4
     proposals: int = 400
     clear: float = 0.6
-    orb: Orb = field(default_factory=Orb)
 
-    def describe(self, chart: Chart) -> QuiltDescription:
-        """The rasters to correlate, the wall directions and the keypoints."""
-        return QuiltDescription(chart.layers, wall_directions(chart.normals), self.orb.describe(chart))
+    def describe(self, chart: Chart) -> FacingWalls:
+        """The rasters to correlate, and the wall directions."""
+        return FacingWalls(chart.layers, wall_directions(chart.normals))
 
     def propose(
-        self, target: QuiltDescription, source: QuiltDescription, scale: ScaleRange, rng: np.random.Generator
+        self, target: FacingWalls, source: FacingWalls, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """What features agree on, then the highest peaks of the correlation."""
-        features = self.orb.propose(target.keypoints, source.keypoints, scale, rng)
-        return (*features, *self.correlated(target, source, scale))
-
-    def correlated(self, target: QuiltDescription, source: QuiltDescription, scale: ScaleRange) -> tuple[Proposal, ...]:
         """The highest peaks of the correlation, best first."""
         likely = likely_yaws(target.directions, source.directions)
         searches: list[tuple[float, Sequence[float], int]] = [(self.scale_step, likely, self.across)]
