@@ -6,7 +6,7 @@ robots   = 3
 seed     = 6
 duration = 120
 noise    = 1
-method   = sift
+method   = quilt
 out      = runs/$(world)-$(robots)-$(seed)
 PYTHON   = $(or $(shell command -v python3.11 2>/dev/null),python3)
 
@@ -111,6 +111,6 @@ help:
 	@echo '  seed=6           same seed, same bytes'
 	@echo '  duration=120     simulated seconds'
 	@echo '  noise=1          sensor noise, 0 for none'
-	@echo '  method=sift      how maps are matched'
+	@echo '  method=quilt     how maps are matched'
 	@echo '  out=runs/WORLD-ROBOTS-SEED   where the run goes'
 	@echo '  PYTHON=python3.11            the Python to set up with'

@@ -200,7 +200,7 @@ def merge(
     maps: Annotated[
         list[Path], typer.Argument(metavar="RUN | MAP...", help="A run folder, or maps: map_server YAML, PGM or PNG.")
     ],
-    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(PROPOSERS)}.")] = "sift",
+    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(PROPOSERS)}.")] = "quilt",
     scale: Annotated[
         str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
     ] = "auto",

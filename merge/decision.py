@@ -27,19 +27,21 @@ class DecisionSettings:
       or a poor answer would pass for want of any other. Fitted by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
+    - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
     - ``min_margin``: the best rival must agree less by this share, however good the rest;
     - ``min_confidence``: what is less sure is refused.
 
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 7.8
-    lead: float = 26.5
-    threshold: float = 7.3
-    enough_lead: float = 0.5
+    agreement: float = 8.6
+    lead: float = 33.8
+    threshold: float = 8.7
+    enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
+    min_agreement: float = 0.3
     min_margin: float = 0.1
     min_confidence: float = 0.7
 
@@ -63,8 +65,8 @@ class Decision:
 def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) -> Decision:
     """Accept where the answer is sure enough and nothing that must be there is missing.
 
-    The confidence rises with every piece of evidence. A refusal names what is missing most; a rival is named where
-    the answer would be believed without it.
+    The confidence rises with every piece of evidence. A refusal names what is missing most: a rival, where one takes
+    from what the answer would be worth by itself.
     """
     odds, reason = _log_odds(evidence, settings, lead_of(evidence)), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
@@ -95,12 +97,14 @@ def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, 
         (BARE, evidence.matched_walls_cells, settings.min_matched_walls_cells),
         (ONE_WAY, evidence.spread, settings.min_spread),
         (OVERLAP, evidence.overlap, settings.min_overlap),
-        (_lacking(evidence, settings), lead_of(evidence), settings.min_margin * evidence.agreement),
+        (_lacking(evidence, settings), evidence.agreement, settings.min_agreement),
+        (RIVAL, lead_of(evidence), settings.min_margin * evidence.agreement),
     )
 
 
 def _lacking(evidence: Evidence, settings: DecisionSettings) -> str:
-    if _confidence(_log_odds(evidence, settings, evidence.agreement)) >= settings.min_confidence:
+    without_rival = min(evidence.agreement, settings.enough_lead)
+    if lead_of(evidence) < without_rival and evidence.agreement >= settings.min_agreement:
         return RIVAL
     share = evidence.walls_on_walls or 0.0
     by_contradiction, by_little_overlap = 1.0 - share**2, share**2 - evidence.agreement

@@ -16,7 +16,7 @@ class MergeSettings:
     Raises ``ValueError`` naming an unknown method, or one that has no answer of its own.
     """
 
-    method: str = "sift"
+    method: str = "quilt"
     scale: ScaleRange | None = None
     as_published: bool = False
 

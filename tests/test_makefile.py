@@ -56,7 +56,7 @@ def test_the_job_by_default(clone: Path) -> None:
     simulate, merge, score = job(clone)
     options = "--robots 3 --seed 6 --duration 120 --noise 1 --out runs/office-3-6"
     assert " ".join(simulate[1:]) == f"simulate office {options}"
-    assert " ".join(merge[1:]) == "merge runs/office-3-6 --method sift || test $? -eq 1"
+    assert " ".join(merge[1:]) == "merge runs/office-3-6 --method quilt || test $? -eq 1"
     assert score[1:] == ["score", "runs/office-3-6"]
     assert {command[0] for command in (simulate, merge, score)} == {".venv/bin/mapquilt"}
 

@@ -32,7 +32,8 @@ def test_good_evidence_is_accepted_without_a_reason():
     [
         ({"overlap": 0.01}, OVERLAP),
         ({"agreement": 0.2, "rival_agreement": 0.05}, OVERLAP),
-        ({"agreement": 0.3, "rival_agreement": 0.15, "walls_on_walls": 0.6}, CONTRADICTION),
+        ({"agreement": 0.29, "rival_agreement": 0.0, "walls_on_walls": 0.6}, CONTRADICTION),
+        ({"agreement": 0.5, "rival_agreement": 0.42, "walls_on_walls": 0.8}, RIVAL),
         ({"matched_walls_cells": 20.0}, BARE),
         ({"spread": 0.01}, ONE_WAY),
         ({"rival_agreement": 0.7}, RIVAL),
