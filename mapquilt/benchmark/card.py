@@ -23,6 +23,8 @@ MARGIN = 0.03
 FARTHEST = 1.5
 """The overlay shows the source no further off than so many diagonals of the target."""
 
+MOST_SIDES_AWAY = 50.0
+
 TRUE_PLACE = "#009E73"
 
 Picture = NDArray[np.uint8]
@@ -69,7 +71,7 @@ class _Canvas:
 
     def shows(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which pixels (SIDE, SIDE) hold a point."""
-        cells = self.frame.cells_from_metres(points)
+        cells = _cells(self.frame, points)
         cells = cells[self.frame.contains(cells)]
         mask = np.zeros(self.frame.shape, dtype=bool)
         mask[cells[:, 0], cells[:, 1]] = True
@@ -77,7 +79,7 @@ class _Canvas:
 
     def pixels(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
         """Pixels (N, 2) x, y of the picture, y down."""
-        cells = self.frame.cells_from_metres(points)
+        cells = _cells(self.frame, points)
         return np.stack((cells[:, 1], SIDE - 1 - cells[:, 0]), axis=-1).astype(np.int32)
 
 
@@ -116,13 +118,20 @@ def _seen(
     canvas: _Canvas, grid: OccupancyGrid, target_from_grid: Similarity2
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Free and wall pixels (SIDE, SIDE): a wall shows however thin, a gap between cells that are larger does not."""
-    cells = grid.frame.cells_from_metres(target_from_grid.inverse().apply(canvas.centres()))
+    cells = _cells(grid.frame, target_from_grid.inverse().apply(canvas.centres()))
     inside = grid.frame.contains(cells)
     values = np.zeros(len(cells), np.float32)
     values[inside] = grid.log_odds[cells[inside, 0], cells[inside, 1]]
     values = values.reshape(canvas.frame.shape)
     walls = canvas.shows(target_from_grid.apply(grid.frame.metres_from_cells(np.argwhere(grid.occupied))))
     return values < 0.0, walls | (values > 0.0)
+
+
+def _cells(frame: GridFrame, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The cells (N, 2) of points [m]; those of absurd answers are drawn nearer, where whole numbers still hold them."""
+    reach = MOST_SIDES_AWAY * max(frame.shape) * frame.resolution
+    corner = np.array([frame.origin.x, frame.origin.y])
+    return frame.cells_from_metres(np.clip(points, corner - reach, corner + reach))
 
 
 def _corners(grid: OccupancyGrid) -> NDArray[np.float64]:

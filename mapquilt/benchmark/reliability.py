@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,14 +12,19 @@ from matplotlib.figure import Figure
 from mapquilt.benchmark.calibration import Calibration
 from mapquilt.palette import INK, ROBOTS
 
+COLUMNS = 3
+
 
 def reliability_figure(calibrations: Sequence[Calibration]) -> Figure:
     """One panel a method: bins of equal mass with Wilson's intervals; what is calibrated lies on the diagonal."""
-    figure = Figure(figsize=(4.6 * len(calibrations), 4.9), layout="constrained", dpi=110)
-    panels = figure.subplots(1, len(calibrations), squeeze=False)[0]
-    for index, (axes, found) in enumerate(zip(panels, calibrations, strict=True)):
+    columns = min(COLUMNS, len(calibrations))
+    rows = math.ceil(len(calibrations) / columns)
+    figure = Figure(figsize=(4.4 * columns, 5.0 * rows), layout="constrained", dpi=110)
+    for index, found in enumerate(calibrations):
+        axes = figure.add_subplot(rows, columns, index + 1)
         _draw(axes, found, ROBOTS[index % len(ROBOTS)])
-    panels[0].set_ylabel("share of right answers", color=INK)
+        if index % columns == 0:
+            axes.set_ylabel("share of right answers", color=INK)
     return figure
 
 

@@ -42,12 +42,15 @@ WRONG = Outcome(1, "wrong, refused", "#D55E00")
 RIGHT_REFUSED = Outcome(2, "right, but refused", "#B8860B")
 RIGHT = Outcome(3, "right, accepted", "#007a5a")
 REFUSED = Outcome(4, "to be refused, refused", "#5b6470")
+RIGHTLY_REFUSED = Outcome(4, "not identifiable, refused", "#5b6470")
 
 
 def outcome(trial: Trial, answer: Answer) -> Outcome:
     """How the answer turned out."""
     if trial.negative:
         return FALSE_ACCEPT if answer.accepted else REFUSED
+    if not trial.pair.identifiable and not answer.accepted:
+        return RIGHTLY_REFUSED
     if answer.right:
         return RIGHT if answer.accepted else RIGHT_REFUSED
     return WRONG_ACCEPT if answer.accepted else WRONG

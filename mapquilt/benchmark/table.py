@@ -59,15 +59,15 @@ def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def _cells(tally: Tally, timing: Timing) -> tuple[str, ...]:
+def _cells(tally: Tally, timing: Timing, places: int = 1) -> tuple[str, ...]:
     told = tally.over_missions
     return (
         tally.stratum,
         tally.method,
         str(tally.pairs),
-        share_text(tally.right, told.get("right")),
-        share_text(tally.right_and_accepted, told.get("right_and_accepted")),
-        wrong_text(tally.wrong_accepts, told.get("wrong_accepts")),
+        share_text(tally.right, told.get("right"), places),
+        share_text(tally.right_and_accepted, told.get("right_and_accepted"), places),
+        wrong_text(tally.wrong_accepts, told.get("wrong_accepts"), places),
         number_text(tally.rotation_deg, 3),
         number_text(tally.scale_percent, 3),
         number_text(tally.displacement_cells, 2),
@@ -76,22 +76,22 @@ def _cells(tally: Tally, timing: Timing) -> tuple[str, ...]:
     )
 
 
-def share_text(share: Share | None, over_missions: Interval | None = None) -> str:
+def share_text(share: Share | None, over_missions: Interval | None = None, places: int = 1) -> str:
     """Such as ``95.0 (83.5 to 98.6)``; a dash where there is nothing to be right about."""
     if share is None:
         return "-"
-    text = f"{100 * share.value:.1f} ({_interval_text(share.interval)})"
-    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
+    text = f"{100 * share.value:.{places}f} ({_interval_text(share.interval, places)})"
+    return text if over_missions is None else f"{text} [{_interval_text(over_missions, places)}]"
 
 
-def wrong_text(share: Share, over_missions: Interval | None = None) -> str:
+def wrong_text(share: Share, over_missions: Interval | None = None, places: int = 1) -> str:
     """Such as ``0 (up to 8.8)``."""
-    text = f"{share.count} (up to {100 * share.interval.high:.1f})"
-    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
+    text = f"{share.count} (up to {100 * share.interval.high:.{places}f})"
+    return text if over_missions is None else f"{text} [{_interval_text(over_missions, places)}]"
 
 
-def _interval_text(interval: Interval) -> str:
-    return f"{100 * interval.low:.1f} to {100 * interval.high:.1f}"
+def _interval_text(interval: Interval, places: int) -> str:
+    return f"{100 * interval.low:.{places}f} to {100 * interval.high:.{places}f}"
 
 
 def number_text(value: float | None, places: int) -> str:
@@ -122,7 +122,7 @@ def terminal_table(report: Report) -> Table:
     table = plain_table(*((column, column not in ("stratum", "method")) for column in COLUMNS))
     for tally, timing in zip(report.tallies, report.timings, strict=True):
         if tally.stratum == "all":
-            table.add_row(tally.group, *_cells(tally, timing)[1:])
+            table.add_row(tally.group, *_cells(tally, timing, places=0)[1:])
     return table
 
 

@@ -75,6 +75,14 @@ def test_threads_are_given_back(made, pairs_file, tmp_path):
     assert json.loads((tmp_path / "o/summary.json").read_text())["strata"][-1]["pairs"] == 1
 
 
+@pytest.mark.slow
+def test_two_workers_say_what_one_says(made, pairs_file, tmp_path):
+    out, arguments = made
+    assert command(*arguments, tmp_path / "out", "--workers", 2, "--pictures", 0) == 0
+    for name in ("pairs.csv", "summary.json"):
+        assert (tmp_path / "out" / name).read_bytes() == (out / name).read_bytes()
+
+
 def refused(capsys, *arguments):
     assert command("benchmark", *arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -1,6 +1,6 @@
 """Cards and sheets: what lies where, and what comes first."""
 
-import numpy as np
+import pytest
 from matplotlib.colors import to_rgb
 
 from mapping.map_set import MapSet
@@ -48,15 +48,21 @@ def test_what_went_wrong_comes_first():
         (True, True, None, 0.8, "to be refused, and accepted"),
         (False, False, BAD, 0.2, "wrong, refused"),
         (False, False, None, 0.0, "wrong, refused"),
+        (None, False, BAD, 0.05, "not identifiable, refused"),
+        (None, True, BAD, 0.55, "wrong, and accepted"),
     ]
-    trials = [trial(pair(negative=n), answer(a, error, said)) for n, a, error, said, _ in told]
+    trials = [
+        trial(pair(negative=n is True, identifiable=n is False), answer(a, error, said))
+        for n, a, error, said, _ in told
+    ]
     assert [outcome(t, t.answers[0]).words for t in trials] == [words for *_, words in told]
-    assert [trials.index(t) for t in in_order(trials, 0)] == [4, 3, 5, 6, 2, 0, 1]
+    assert [trials.index(t) for t in in_order(trials, 0)] == [4, 3, 8, 5, 6, 2, 0, 1, 7]
 
 
-def test_the_overlay_of_an_absurd_answer_still_shows_the_target():
+@pytest.mark.parametrize("scale", [1e-12, 1e-3, 1e3, 1e12])
+@pytest.mark.filterwarnings("error")
+def test_the_overlay_of_an_absurd_answer_still_shows_the_target(scale):
     target, source, truth = crisp_pair()
     maps = MapSet(("a", "b"), (target.grid, source.grid), ("m", "m"))
-    card = card_picture(maps, Similarity2(1e6, -1e6, 1.0, 1e-3), truth)
+    card = card_picture(maps, Similarity2(1e6, -1e6, 1.0, scale), truth)
     assert shares(card)[0] > 50
-    assert np.isin(card, np.arange(256)).all()

@@ -1,7 +1,11 @@
 """What is counted where."""
 
+from mapquilt.benchmark.intervals import Interval, Share
+from mapquilt.benchmark.report import build_report
 from mapquilt.benchmark.strata import strata
+from mapquilt.benchmark.table import markdown, share_text, wrong_text
 from mapquilt.benchmark.tally import tally, timing
+from merge.settings import MergeSettings
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
 TRIALS = [
@@ -78,3 +82,20 @@ def test_times_are_told_against_plain_orb_where_it_ran():
     assert abs(found.ratio - 4.0) < 1e-12
     lonely = [trial(pair(), answer(True, GOOD, method="quilt"))]
     assert timing(strata(lonely)[0], 0, seed=0).ratio is None
+
+
+def test_the_words_of_the_table():
+    share = Share(38, 40, Interval(0.835, 0.986))
+    assert share_text(share) == "95.0 (83.5 to 98.6)"
+    assert share_text(share, Interval(0.9, 1.0)) == "95.0 (83.5 to 98.6) [90.0 to 100.0]"
+    assert share_text(None) == "-"
+    assert wrong_text(Share(0, 40, Interval(0.0, 0.088))) == "0 (up to 8.8)"
+
+
+def test_the_markdown_has_a_line_a_stratum_and_method_in_equal_columns():
+    report = build_report((MergeSettings("orb"),), 0, TRIALS)
+    lines = [line for line in markdown(report).splitlines() if line.startswith("|")]
+    table = [line for line in lines if line.count("|") == 12]
+    assert len([line for line in table if "| orb |" in line]) == len(strata(TRIALS))
+    assert "[0.0 to 100.0]" in next(line for line in table if line.startswith("| all | orb | 3 |"))
+    assert any(line.startswith("| orb | 6 |") for line in lines), "calibration leaves the bent pair out"
