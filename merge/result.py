@@ -55,8 +55,8 @@ class PairResult:
 
     ``target_from_source`` maps metres as the source states them to metres as the target states them (cells where a
     map is a bare picture; ``unit`` is that of x and y, the target's). ``target_from_source_pixels`` (2, 3) maps
-    pixels of the images, y down. ``confidence`` (0 to 1) is the chance
-    that the evidence gives it. A refused pair says why in ``reason`` and keeps its best candidate; the transform, the pixels and the evidence are None only
+    pixels of the images, y down. ``confidence`` (0 to 1) is the chance that the evidence gives it. A refused pair
+    says why in ``reason`` and keeps its best candidate; the transform, the pixels and the evidence are None only
     where nothing was proposed, the evidence also where a method answered as published.
     """
 
