@@ -1,0 +1,46 @@
+"""How sharply maps are judged, and which candidate comes first."""
+
+import dataclasses
+
+import pytest
+
+from mapping.similarity2 import Similarity2
+from merge.candidates import BORNE, Candidate, best_first, sharpest
+from merge.proposer import Proposal
+from merge.walls import TOLERANCE_SHARES, Walls
+
+LAID = Walls(tolerance=5.0, on_walls=0.0, opposed=0.0, in_free=0.0, smaller=1000.0, spread=0.4)
+
+
+def candidate(*on_walls):
+    """A candidate of whose 1000 cells of wall so many lie on walls, by tolerance, the others in free space."""
+    laid = tuple(dataclasses.replace(LAID, on_walls=on, in_free=1000.0 - on) for on in on_walls)
+    return Candidate(Similarity2(), laid, Proposal(Similarity2()))
+
+
+CRISP = candidate(990.0, 990.0, 985.0, 980.0, 970.0)
+ALIKE = candidate(995.0, 900.0, 700.0, 400.0, 200.0)
+BENT = candidate(900.0, 700.0, 500.0, 300.0, 200.0)
+
+
+def test_crisp_maps_are_judged_by_the_tightest_tolerance_and_bent_ones_by_the_loosest():
+    assert sharpest([CRISP]) == len(TOLERANCE_SHARES) - 1
+    assert sharpest([BENT]) == 0
+    assert sharpest([]) == len(TOLERANCE_SHARES) - 1
+
+
+def test_a_place_that_only_resembles_the_right_one_comes_second():
+    assert ALIKE.walls.agreement > CRISP.walls.agreement  # by the loosest tolerance it would come first
+    assert best_first([ALIKE, CRISP]) == [CRISP, ALIKE]
+
+
+def test_a_tolerance_is_borne_where_one_candidate_keeps_its_agreement():
+    share = 1000.0 * (BORNE + 0.01) ** (3.0 / 7.0)  # agreement goes with the power 2 + 1/3 of the share on walls
+    assert sharpest([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 1
+    share = 1000.0 * (BORNE - 0.01) ** (3.0 / 7.0)
+    assert sharpest([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 0
+
+
+@pytest.mark.parametrize("order", [(ALIKE, BENT, CRISP), (CRISP, ALIKE, BENT)])
+def test_the_order_in_which_candidates_come_does_not_matter(order):
+    assert best_first(order) == [CRISP, ALIKE, BENT]
