@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from itertools import groupby
 
@@ -29,17 +30,22 @@ COLUMNS = (
 
 EXPLANATION = """\
 Right: within 2 degrees, 3 % of scale and a mean displacement of the common cells of 1.5 % of the target's diagonal.
-Shares in per cent with Wilson's 95 % interval{bootstrap}. Wrong accepts: answers that were accepted and not right, any
-accepted negative among them; then the upper end of the share's interval in per cent. deg, %, cells: median errors of
-the right answers. s: median seconds of the processor for a pair on one thread; the ratio is that of medians.
+Shares in per cent with Wilson's 95 % interval. Wrong accepts: answers that were accepted and not right, any accepted
+negative among them; then the upper end of the share's interval in per cent. deg, %, cells: median errors of the right
+answers. s: median seconds of the processor for a pair on one thread; the ratio is that of medians.
+"""
+
+OVER_MISSIONS = """\
+In square brackets the interval of a bootstrap over missions, since pairs of one mission are not independent.
 """
 
 
 def markdown(report: Report) -> str:
     """The whole table, and the calibration."""
     rows = list(zip(report.tallies, report.timings, strict=True))
-    bootstrap = "; in brackets the bootstrap over missions" if any(t.over_missions for t in report.tallies) else ""
-    parts = ["# Benchmark\n", EXPLANATION.format(bootstrap=bootstrap)]
+    parts = ["# Benchmark\n", EXPLANATION]
+    if any(tally.over_missions for tally in report.tallies):
+        parts.append(OVER_MISSIONS)
     for group, entries in groupby(rows, key=lambda row: row[0].group):
         parts += [f"## {group[0].upper()}{group[1:]}\n", _markdown_table(COLUMNS, [_cells(*row) for row in entries])]
     if report.calibrations:
@@ -59,15 +65,15 @@ def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def _cells(tally: Tally, timing: Timing, places: int = 1) -> tuple[str, ...]:
+def _cells(tally: Tally, timing: Timing) -> tuple[str, ...]:
     told = tally.over_missions
     return (
         tally.stratum,
         tally.method,
         str(tally.pairs),
-        share_text(tally.right, told.get("right"), places),
-        share_text(tally.right_and_accepted, told.get("right_and_accepted"), places),
-        wrong_text(tally.wrong_accepts, told.get("wrong_accepts"), places),
+        share_text(tally.right, told.get("right")),
+        share_text(tally.right_and_accepted, told.get("right_and_accepted")),
+        wrong_text(tally.wrong_accepts, told.get("wrong_accepts")),
         number_text(tally.rotation_deg, 3),
         number_text(tally.scale_percent, 3),
         number_text(tally.displacement_cells, 2),
@@ -76,22 +82,22 @@ def _cells(tally: Tally, timing: Timing, places: int = 1) -> tuple[str, ...]:
     )
 
 
-def share_text(share: Share | None, over_missions: Interval | None = None, places: int = 1) -> str:
+def share_text(share: Share | None, over_missions: Interval | None = None) -> str:
     """Such as ``95.0 (83.5 to 98.6)``; a dash where there is nothing to be right about."""
     if share is None:
         return "-"
-    text = f"{100 * share.value:.{places}f} ({_interval_text(share.interval, places)})"
-    return text if over_missions is None else f"{text} [{_interval_text(over_missions, places)}]"
+    text = f"{100 * share.value:.1f} ({_interval_text(share.interval)})"
+    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
 
 
-def wrong_text(share: Share, over_missions: Interval | None = None, places: int = 1) -> str:
+def wrong_text(share: Share, over_missions: Interval | None = None) -> str:
     """Such as ``0 (up to 8.8)``."""
-    text = f"{share.count} (up to {100 * share.interval.high:.{places}f})"
-    return text if over_missions is None else f"{text} [{_interval_text(over_missions, places)}]"
+    text = f"{share.count} (up to {100 * share.interval.high:.1f})"
+    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
 
 
-def _interval_text(interval: Interval, places: int) -> str:
-    return f"{100 * interval.low:.{places}f} to {100 * interval.high:.{places}f}"
+def _interval_text(interval: Interval) -> str:
+    return f"{100 * interval.low:.1f} to {100 * interval.high:.1f}"
 
 
 def number_text(value: float | None, places: int) -> str:
@@ -118,11 +124,12 @@ def calibration_cells(found: Calibration) -> tuple[str, ...]:
 
 
 def terminal_table(report: Report) -> Table:
-    """The strata that hold all positives, all negatives, and every pair."""
+    """The strata that hold all positives, all negatives, and every pair, without the intervals over missions."""
     table = plain_table(*((column, column not in ("stratum", "method")) for column in COLUMNS))
     for tally, timing in zip(report.tallies, report.timings, strict=True):
         if tally.stratum == "all":
-            table.add_row(tally.group, *_cells(tally, timing, places=0)[1:])
+            bare = dataclasses.replace(tally, over_missions={})
+            table.add_row(tally.group, *_cells(bare, timing)[1:])
     return table
 
 

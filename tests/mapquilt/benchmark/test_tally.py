@@ -3,7 +3,7 @@
 from mapquilt.benchmark.intervals import Interval, Share
 from mapquilt.benchmark.report import build_report
 from mapquilt.benchmark.strata import strata
-from mapquilt.benchmark.table import markdown, share_text, wrong_text
+from mapquilt.benchmark.table import markdown, number_text, share_text, wrong_text
 from mapquilt.benchmark.tally import tally, timing
 from merge.settings import MergeSettings
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
@@ -88,7 +88,8 @@ def test_the_words_of_the_table():
     share = Share(38, 40, Interval(0.835, 0.986))
     assert share_text(share) == "95.0 (83.5 to 98.6)"
     assert share_text(share, Interval(0.9, 1.0)) == "95.0 (83.5 to 98.6) [90.0 to 100.0]"
-    assert share_text(None) == "-"
+    assert share_text(None) == number_text(None, 2) == "-"
+    assert (number_text(0.0714, 3), number_text(0.0714, 2)) == ("0.071", "0.07")
     assert wrong_text(Share(0, 40, Interval(0.0, 0.088))) == "0 (up to 8.8)"
 
 
