@@ -16,7 +16,9 @@ LEAST_SAMPLES = 4
 """Points a side at which a new cell looks up the old grid; more where new cells are larger."""
 
 
-def resampled(grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame) -> NDArray[np.float32]:
+def resampled(
+    grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame, least_samples: int = LEAST_SAMPLES
+) -> NDArray[np.float32]:
     """Log-odds (rows, cols) of the cells of ``frame``, the grid's metres being moved by ``frame_from_grid``.
 
     A cell is occupied if it holds the centre of an occupied cell or lies in occupied cells by half (so walls of one
@@ -24,7 +26,7 @@ def resampled(grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFram
     than half, else free. Its log-odds are the mean over the samples of that kind.
     """
     affine = _cell_affine(grid.frame, frame_from_grid.inverse(), frame)
-    samples = max(LEAST_SAMPLES, math.ceil(2.0 * math.hypot(affine[0, 0], affine[1, 0])))
+    samples = max(least_samples, math.ceil(2.0 * math.hypot(affine[0, 0], affine[1, 0])))
     log_odds = _resample(grid.log_odds, affine, samples, frame.shape)
     _keep_walls(log_odds, grid, frame_from_grid, frame)
     return log_odds

@@ -16,6 +16,7 @@ from merge.shortlist import apart, merged, smaller_diagonal
 from merge.walls import TOLERANCE_SHARES, Walls, compare_walls_sharply
 
 GLANCE_POINTS = 400
+CAREFUL_POINTS = 4000
 SHORT_LIST = 16
 FINALISTS = 4
 QUICK = RefinementSettings(most_points=500, last_steps=3)
@@ -112,7 +113,7 @@ def settled(target: Chart, source: Chart, best: Candidate, scale: ScaleRange, le
         return best
     answer = fit_patches(target, source, best.target_from_source, scale)
     moved = float(apart(source, [best.target_from_source, answer])[0, 1])
-    laid = compare_walls_sharply(target, source, answer)
+    laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
     if (
         moved < BENT_SHARE * smaller_diagonal(target, source, answer.scale)
         or laid[level].agreement < best.laid[level].agreement - WORSE
@@ -136,8 +137,8 @@ def _refined(
 
 def _polished(target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange) -> Candidate:
     answer = refine(target, source, candidate.target_from_source, scale)
-    laid = compare_walls_sharply(target, source, answer)
+    laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
     if laid[0].on_walls <= CRISP * laid[0].judged:
         answer = climb(target, source, answer, scale)
-        laid = compare_walls_sharply(target, source, answer)
+        laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
     return dataclasses.replace(candidate, target_from_source=answer, laid=laid)

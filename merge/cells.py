@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
@@ -56,12 +59,28 @@ def centres(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 
 def _counts(below: OccupancyGrid, above: OccupancyGrid, below_from_above: Similarity2) -> tuple[int, int]:
-    rows, cols = np.nonzero(above.known)
-    points = below_from_above.apply(np.stack((cols, rows), axis=-1) + 0.5)
-    cells = np.floor(points[:, ::-1]).astype(np.intp)
-    inside = below.frame.contains(cells)
-    here = above.log_odds[rows[inside], cols[inside]]
-    there = below.log_odds[cells[inside, 0], cells[inside, 1]]
-    common = there != 0.0
-    agree = int(((here > 0.0) == (there > 0.0))[common].sum())
-    return agree, int(common.sum()) - agree
+    return _count(below.log_odds, above.log_odds, below_from_above.matrix())
+
+
+@njit(cache=True)
+def _count(
+    below: NDArray[np.float32], above: NDArray[np.float32], below_from_above: NDArray[np.float64]
+) -> tuple[int, int]:
+    agree, disagree = 0, 0
+    for row in range(above.shape[0]):
+        for col in range(above.shape[1]):
+            here = above[row, col]
+            if here == 0.0:
+                continue
+            x, y = col + 0.5, row + 0.5
+            there_col = math.floor(below_from_above[0, 0] * x + below_from_above[0, 1] * y + below_from_above[0, 2])
+            there_row = math.floor(below_from_above[1, 0] * x + below_from_above[1, 1] * y + below_from_above[1, 2])
+            if there_row < 0 or there_col < 0 or there_row >= below.shape[0] or there_col >= below.shape[1]:
+                continue
+            there = below[there_row, there_col]
+            if there != 0.0:
+                if (here > 0.0) == (there > 0.0):
+                    agree += 1
+                else:
+                    disagree += 1
+    return agree, disagree

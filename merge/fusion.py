@@ -16,6 +16,9 @@ from mapping.similarity2 import Similarity2
 
 ROUNDING_CELLS = 1e-6
 
+SAMPLES = 2
+"""Points a side at which a merged cell looks up each map: no transform is known finer than half a cell."""
+
 
 def fuse(reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]]) -> OccupancyGrid:
     """Add up the log-odds of maps, each with its ``reference_from_map``, in the reference's frame and resolution.
@@ -28,7 +31,7 @@ def fuse(reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]
     total = np.zeros(frame.shape, dtype=np.float32)
     known = np.zeros(frame.shape, dtype=bool)
     for reference_from_map, grid in grids:
-        seen = resampled(grid, reference_from_map, frame)
+        seen = resampled(grid, reference_from_map, frame, SAMPLES)
         total += seen
         known |= seen != 0.0
     total[known & (total == 0.0)] = SMALLEST_MISS
