@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
 from mapping.similarity2 import Similarity2

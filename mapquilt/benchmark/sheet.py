@@ -24,7 +24,7 @@ LEGEND = (
     (0.72, "both", INK),
     (0.78, "dashed: the true place of the source", TRUE_PLACE),
 )
-LONGEST_NAME, LONGEST_REASON = 62, 88
+LONGEST_NAME, LONGEST_FACTS = 62, 112
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,8 @@ def _facts(trial: Trial, answer: Answer) -> str:
         moved = f"{error.rotation_deg:.2f} deg, {error.scale_percent:.2f} %, {error.displacement_cells:.1f} cells"
         facts.append(f"off by {moved}")
     if answer.reason is not None:
-        facts.append(_shortened(answer.reason, LONGEST_REASON))
-    return _shortened("; ".join(facts), 150)
+        facts.append(answer.reason)
+    return _shortened("; ".join(facts), LONGEST_FACTS)
 
 
 def _shortened(text: str, most: int) -> str:

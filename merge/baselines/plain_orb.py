@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from mapping.similarity2 import Similarity2
+from merge.baselines.agreed_matches import AgreedMatches, agreed
 from merge.chart import Chart
 from merge.orb import SMALLEST_SIDE, Keypoints
 from merge.pair import PairAnswer
@@ -16,7 +15,6 @@ from merge.picture import cells_from_pixels, trinary_picture
 from merge.proposer import Proposal
 from merge.published import judged, nothing_found
 from merge.scale_range import ScaleRange
-from merge.umeyama import fit_similarity
 
 
 @dataclass(frozen=True)
@@ -53,12 +51,7 @@ class PlainOrb:
     ) -> tuple[Proposal, ...]:
         """The one similarity of most inliers, fitted again on them within the bounds of the scale."""
         found = self._found(target, source)
-        if found is None:
-            return ()
-        fit = fit_similarity(found.target[found.inliers], found.source[found.inliers], scale)
-        if fit is None:
-            return ()
-        return (Proposal(fit, matches=len(found.inliers), inliers=int(found.inliers.sum())),)
+        return () if found is None else found.proposals(scale)
 
     def published(
         self, target: Keypoints, source: Keypoints, scale: ScaleRange, rng: np.random.Generator
@@ -77,27 +70,3 @@ class PlainOrb:
         there = target.points[[match.trainIdx for match in matches]]
         here = source.points[[match.queryIdx for match in matches]]
         return agreed(there, here, self.inlier_distance_cells)
-
-
-@dataclass(frozen=True, eq=False)
-class AgreedMatches:
-    """Matched points (M, 2) and (M, 2), the similarity that most agree on, and who does (M,)."""
-
-    target: NDArray[np.float64]
-    source: NDArray[np.float64]
-    target_from_source: Similarity2
-    inliers: NDArray[np.bool_]
-
-
-def agreed(
-    target: NDArray[np.float64], source: NDArray[np.float64], inlier_distance_cells: float
-) -> AgreedMatches | None:
-    """OpenCV's RANSAC for a similarity (Fischler and Bolles 1981), whose seed is fixed; None where it finds none."""
-    if len(source) < 3:
-        return None
-    matrix, inliers = cv2.estimateAffinePartial2D(
-        source, target, method=cv2.RANSAC, ransacReprojThreshold=inlier_distance_cells
-    )
-    if matrix is None or not np.isfinite(matrix).all() or not np.hypot(matrix[0, 0], matrix[1, 0]) > 0.0:
-        return None
-    return AgreedMatches(target, source, Similarity2.from_matrix(matrix), inliers.ravel().astype(bool))

@@ -143,6 +143,13 @@ def manhattan(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
 
 
 @njit(cache=True)
+def _cell(matrix: NDArray[np.float64], point: NDArray[np.float64]) -> tuple[int, int]:
+    x = matrix[0, 0] * point[0] + matrix[0, 1] * point[1] + matrix[0, 2]
+    y = matrix[1, 0] * point[0] + matrix[1, 1] * point[1] + matrix[1, 2]
+    return math.floor(y), math.floor(x)
+
+
+@njit(cache=True)
 def mean_distances(
     distance: NDArray[np.float32], points: NDArray[np.float64], matrices: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -153,10 +160,8 @@ def mean_distances(
     rows, cols = distance.shape
     means = np.zeros(len(matrices))
     for k in range(len(matrices)):
-        m = matrices[k]
         for i in range(len(points)):
-            col = math.floor(m[0, 0] * points[i, 0] + m[0, 1] * points[i, 1] + m[0, 2])
-            row = math.floor(m[1, 0] * points[i, 0] + m[1, 1] * points[i, 1] + m[1, 2])
+            row, col = _cell(matrices[k], points[i])
             inner_col, inner_row = min(max(col, 0), cols - 1), min(max(row, 0), rows - 1)
             means[k] += distance[inner_row, inner_col] + abs(col - inner_col) + abs(row - inner_row)
         means[k] /= len(points)
@@ -171,10 +176,8 @@ def shares(
     rows, cols = distance.shape
     found = np.zeros(len(matrices))
     for k in range(len(matrices)):
-        m = matrices[k]
         for i in range(len(points)):
-            col = math.floor(m[0, 0] * points[i, 0] + m[0, 1] * points[i, 1] + m[0, 2])
-            row = math.floor(m[1, 0] * points[i, 0] + m[1, 1] * points[i, 1] + m[1, 2])
+            row, col = _cell(matrices[k], points[i])
             if 0 <= col < cols and 0 <= row < rows and distance[row, col] == 0.0:
                 found[k] += 1.0
         found[k] /= len(points)

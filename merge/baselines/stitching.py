@@ -10,14 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
+from merge.baselines.agreed_matches import AgreedMatches
 from merge.chart import Chart
 from merge.pair import PairAnswer
 from merge.proposer import Proposal
 from merge.published import judged, nothing_found
 from merge.scale_range import ScaleRange
-from merge.umeyama import fit_similarity
 
 LARGEST_SEED = 2**31 - 1
+
+LEAST_SIDE = 32
+"""Pixels; smaller pictures are filled up with unknown, since OpenCV's AKAZE overruns memory on the smallest."""
+
+UNKNOWN_BYTE = 255
 
 
 @dataclass(frozen=True)
@@ -48,24 +53,21 @@ class Stitching:
     def describe(self, chart: Chart) -> Any:
         """OpenCV's ``ImageFeatures`` of the map; their points are cells less one half."""
         picture = np.ascontiguousarray(chart.grid.occupancy()).view(np.uint8)
+        missing = [max(0, LEAST_SIDE - side) for side in picture.shape]
+        picture = np.pad(picture, [(0, cells) for cells in missing], constant_values=UNKNOWN_BYTE)
         return cv2.detail.computeImageFeatures2(cv2.AKAZE.create(), picture)
 
     def propose(self, target: Any, source: Any, scale: ScaleRange, rng: np.random.Generator) -> tuple[Proposal, ...]:
         """The one similarity of most inliers, fitted again on them within the bounds of the scale."""
         found = self._stitched(target, source, rng)
-        if found is None:
-            return ()
-        fit = fit_similarity(found.target[found.inliers], found.source[found.inliers], scale)
-        if fit is None:
-            return ()
-        return (Proposal(fit, matches=len(found.inliers), inliers=int(found.inliers.sum())),)
+        return () if found is None else found.matches.proposals(scale)
 
     def published(self, target: Any, source: Any, scale: ScaleRange, rng: np.random.Generator) -> PairAnswer:
         """The stitched transform, believed from ``confidence`` on; its scale is free whatever the range."""
         found = self._stitched(target, source, rng)
         if found is None:
             return nothing_found()
-        return judged(found.target_from_source, "OpenCV's confidence", found.confidence, self.confidence)
+        return judged(found.matches.target_from_source, "OpenCV's confidence", found.confidence, self.confidence)
 
     def _stitched(self, target: Any, source: Any, rng: np.random.Generator) -> Stitched | None:
         if min(len(target.getKeypoints()), len(source.getKeypoints())) < 2:
@@ -76,23 +78,20 @@ class Stitching:
         if info.H is None or not np.isfinite(info.H).all() or not np.hypot(*info.H[:2, 0]) > 0.0:
             return None
         matches = info.getMatches()
-        return Stitched(
+        agreed = AgreedMatches(
             _points(target, [match.trainIdx for match in matches]),
             _points(source, [match.queryIdx for match in matches]),
             _in_cells(np.asarray(info.H, dtype=np.float64)),
             np.array(info.getInliers(), dtype=bool),
-            float(info.confidence),
         )
+        return Stitched(agreed, float(info.confidence))
 
 
 @dataclass(frozen=True, eq=False)
 class Stitched:
-    """Matched points (M, 2) and (M, 2) in cells, the similarity that OpenCV found, its inliers (M,), its confidence."""
+    """What OpenCV matched, in cells, and its confidence."""
 
-    target: NDArray[np.float64]
-    source: NDArray[np.float64]
-    target_from_source: Similarity2
-    inliers: NDArray[np.bool_]
+    matches: AgreedMatches
     confidence: float
 
 

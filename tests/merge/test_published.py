@@ -6,10 +6,13 @@ import pytest
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
+from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
+from merge.chart import Chart
 from merge.merger import match_maps, merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.published import judged, nothing_found
+from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
 from tests.merge.baselines.crisp import crisp_pair
 
@@ -71,3 +74,36 @@ def test_nothing_found_is_a_refusal_with_a_reason():
     assert answer.target_from_source is None
     assert not answer.decision.accepted
     assert answer.decision.reason
+
+
+def odd_maps():
+    """Maps that hold next to nothing, or nothing but walls."""
+    rng = np.random.default_rng(0)
+    dot = np.full((70, 70), -1.0)
+    dot[30, 40] = 1.0
+    line = np.full((3, 90), -1.0)
+    line[1] = 1.0
+    return {
+        "dot": dot,
+        "line": line,
+        "cell": np.ones((1, 1)),
+        "two cells": np.array([[1.0, -1.0]]),
+        "walls": np.ones((80, 80)),
+        "noise": rng.choice((-1.0, 0.0, 1.0), (90, 80)),
+    }
+
+
+@pytest.mark.parametrize("name", sorted(PUBLISHED))
+def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name):
+    method = PUBLISHED[name]
+    grids = [
+        OccupancyGrid(GridFrame(1.0, SE2(), cells.shape), cells.astype(np.float32)) for cells in odd_maps().values()
+    ]
+    described = [method.describe(Chart.of(grid)) for grid in grids]
+    (proposer,) = PROPOSERS[name]
+    for target, source in zip(described, (*described[1:], described[0]), strict=True):
+        answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))
+        assert 0.0 <= answer.decision.confidence <= 1.0
+        assert answer.decision.accepted is (answer.decision.reason is None)
+        proposals = proposer.propose(target, source, ScaleRange.known(), np.random.default_rng(0))
+        assert all(proposal.target_from_source.scale == pytest.approx(1.0) for proposal in proposals)

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from mapping.similarity2 import Similarity2
-from merge.baselines.plain_orb import PlainOrb, agreed
+from merge.baselines.plain_orb import PlainOrb
 from merge.scale_range import ScaleRange
 from tests.merge.baselines.crisp import blank, crisp_pair, off_share
 
@@ -19,17 +18,6 @@ def test_a_crisp_pair_is_found_and_believed(scale):
     (proposal,) = method.propose(*maps, ScaleRange(scale, scale), np.random.default_rng(0))
     assert off_share(proposal.target_from_source, truth, source) < 0.015
     assert proposal.target_from_source.scale == scale
-
-
-def test_inliers_of_a_known_similarity_are_told_from_the_rest():
-    rng = np.random.default_rng(5)
-    truth, source = Similarity2(12.0, -7.0, 0.4, 1.7), rng.uniform(0, 100, (60, 2))
-    target = truth.apply(source)
-    target[40:] += rng.uniform(20, 60, (20, 2))
-    found = agreed(target, source, 3.0)
-    assert np.allclose(found.target_from_source.matrix(), truth.matrix(), atol=1e-4)
-    assert found.inliers[:40].all()
-    assert not found.inliers[40:].any()
 
 
 def test_its_own_rule_asks_for_ten_inliers():

@@ -24,7 +24,8 @@ def test_a_crisp_pair_is_found_and_the_confidence_is_opencvs():
     assert off_share(answer.target_from_source, truth, source) < 0.01
     method = Stitching()
     stitched = method._stitched(method.describe(target), method.describe(source), np.random.default_rng(0))
-    assert stitched.confidence == pytest.approx(stitched.inliers.sum() / (8 + 0.3 * len(stitched.inliers)))
+    inliers = stitched.matches.inliers
+    assert stitched.confidence == pytest.approx(inliers.sum() / (8 + 0.3 * len(inliers)))
     assert answer.decision.confidence == pytest.approx(stitched.confidence / (1 + stitched.confidence))
 
 
