@@ -24,7 +24,6 @@ from merge.methods import PROPOSERS, PUBLISHED
 from merge.scale_range import ScaleRange
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")
-DEFAULT_PICTURES = 120
 
 
 def benchmark(
@@ -52,8 +51,9 @@ def benchmark(
     seed: Annotated[int, typer.Option(help="Seed of the choice, the methods and the intervals.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes at work; more than one disturb the times.")] = 1,
     pictures: Annotated[
-        int, typer.Option(min=0, help="Most pairs a method to draw, wrong and refused ones first.")
-    ] = DEFAULT_PICTURES,
+        int | None,
+        typer.Option(min=0, help="Most pairs a method to draw, wrong and refused ones first; default: every pair."),
+    ] = None,
 ) -> int:
     """Run methods on pairs whose transform is known: table, records, and pictures of every pair.
 
@@ -68,7 +68,7 @@ def benchmark(
         trials = run_benchmark(chosen, methods, seed, workers, on_progress)
     report = build_report(methods, seed, trials)
     with count_progress("pictures of methods") as on_progress:
-        write_folder(out, report, pictures, on_progress)
+        write_folder(out, report, len(trials) if pictures is None else pictures, on_progress)
     print_table(terminal_table(report))
     if report.calibrations:
         print_table(calibration_table(report))
