@@ -35,8 +35,8 @@ class DecisionSettings:
     """
 
     agreement: float = 8.6
-    lead: float = 33.8
-    threshold: float = 8.7
+    lead: float = 38.0
+    threshold: float = 10.0
     enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
