@@ -108,14 +108,17 @@ def _average_by_cell(true: NDArray[np.float64], believed: NDArray[np.float64]) -
     if not len(true):
         raise ValueError("sightings: no beam that hit the world is left to fit the truth on")
     cells = np.floor(true[:, ::-1] / TRUE_RESOLUTION).astype(np.int64)
-    unique, index = np.unique(cells, axis=0, return_inverse=True)
-    counts = np.bincount(index.ravel())
+    corner = cells.min(axis=0)
+    rows, cols = cells.max(axis=0) - corner + 1
+    index = (cells[:, 0] - corner[0]) * cols + (cells[:, 1] - corner[1])
+    counts = np.bincount(index, minlength=rows * cols)
+    seen = np.flatnonzero(counts)
 
     def mean(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        sums = [np.bincount(index.ravel(), weights=points[:, axis]) for axis in (0, 1)]
-        return np.stack(sums, axis=-1) / counts[:, None]
+        sums = [np.bincount(index, weights=points[:, axis])[seen] for axis in (0, 1)]
+        return np.stack(sums, axis=-1) / counts[seen, None]
 
-    return Sightings(unique, mean(true), mean(believed))
+    return Sightings(np.stack(np.divmod(seen, cols), axis=-1) + corner, mean(true), mean(believed))
 
 
 def fit_rigid(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
