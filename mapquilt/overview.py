@@ -69,7 +69,7 @@ def _panels(count: int) -> tuple[Figure, list[Axes]]:
 
 
 def _title(panel: Axes, text: str, colour: str = INK) -> None:
-    panel.set_title(text, fontsize=9, color=colour, loc="left")
+    panel.set_title(text, fontsize=9, color=colour, loc="left", parse_math=False)
 
 
 def _show_grid(panel: Axes, grid: OccupancyGrid, title: str, colour: str = INK) -> None:

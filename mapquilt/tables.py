@@ -15,10 +15,9 @@ PLAIN_WIDTH = 160
 
 
 def print_table(table: Table | str) -> None:
-    """Print on standard output; colours only on a terminal."""
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=PLAIN_WIDTH)
+    """Print on standard output; colours only on a terminal. Names are printed as they are: brackets are no markup."""
+    width = None if Console().is_terminal else PLAIN_WIDTH
+    console = Console(highlight=False, markup=False, emoji=False, width=width)
     console.print(table, soft_wrap=isinstance(table, str))
 
 

@@ -37,7 +37,13 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
         panel.plot(start.x, start.y, "o", color=colour, markersize=6, markeredgecolor="white", label=f"robot_{index}")
     _dimension(panel, (0.0, -0.06 * max(world.size)), (width, -0.06 * max(world.size)), f"{width:g} m")
     _dimension(panel, (-0.06 * max(world.size), 0.0), (-0.06 * max(world.size), height), f"{height:g} m")
-    panel.set_title(f"{world.name}, seed {seed}: {len(world.obstacles)} solids", fontsize=10, color=INK, loc="left")
+    panel.set_title(
+        f"{world.name}, seed {seed}: {len(world.obstacles)} solids",
+        fontsize=10,
+        color=INK,
+        loc="left",
+        parse_math=False,
+    )
     if starts:
         panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure_png(figure)

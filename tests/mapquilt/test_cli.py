@@ -255,6 +255,18 @@ def test_json_is_all_that_is_printed_and_is_the_record_on_disk(capsys, two_maps,
     assert (answer["x"], answer["y"], answer["yaw"]) == pytest.approx((0, 0, 0), abs=0.01)
 
 
+def test_names_are_printed_and_drawn_as_they_are(capsys, two_maps, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    strange = "[/b]$\\frac$:cat:[red]/a.yaml"
+    save = Path(strange).with_suffix("")
+    save.parent.mkdir(parents=True)
+    save_map(office_map(), save)
+    assert command("merge", "a.yaml", strange, "--out", "x[/b]") == 0
+    assert f"a.yaml <- {strange} " in capsys.readouterr().out
+    assert command("convert", strange, "x[/b]/c.yaml") == 0
+    assert capsys.readouterr().out == "x[/b]/c.yaml: map\n"
+
+
 def test_shifting_an_origin_moves_the_metric_answer_alone(capsys, two_maps, tmp_path):
     assert command("merge", *two_maps, "--json") == 0
     before = json.loads(capsys.readouterr().out)["pairs"][0]

@@ -73,6 +73,11 @@ def test_show_draws_solids_and_starts_where_they_are(tmp_path: Path) -> None:
     assert counts[1] > 20
 
 
+def test_the_name_of_a_world_is_drawn_as_it_is(tmp_path: Path) -> None:
+    hall = save(tmp_path / "hall.json", {**HALL, "name": "$\\frac$"})
+    assert run(["worlds", "show", str(hall), "--out", str(tmp_path / "hall.png")]) == 0
+
+
 def test_the_sheet_and_show_by_default_write_a_png(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["worlds", "show", "maze", "--seed", "3"]) == 0
