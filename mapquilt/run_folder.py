@@ -42,6 +42,17 @@ MERGED_NAME = "merged"
 MERGE_PICTURE = "merge.png"
 OVERVIEW_PICTURE = "overview.png"
 
+ANSWER_FILES = (
+    MERGE_FILE,
+    f"{MERGED_NAME}.yaml",
+    f"{MERGED_NAME}.pgm",
+    MERGE_PICTURE,
+    SCORE_FILE,
+    OVERVIEW_PICTURE,
+    TIMINGS_FILE,
+)
+"""What ``merge`` and ``score`` add to a run."""
+
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Names of maps become names of folders and of ROS topics."""
 

@@ -8,10 +8,13 @@ from pathlib import Path
 
 from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER
 from mapquilt.dataset.manifest import read_manifest
+from mapquilt.run_folder import ANSWER_FILES
 
 
 def verify_dataset(folder: Path, on_progress: Callable[[int, int], None] = lambda done, total: None) -> list[str]:
     """One line for each file that is missing, changed, or in no record; none where all is well.
+
+    What ``mapquilt merge`` and ``score`` leave in a sample is no part of the data set, and no fault.
 
     Raises ``ValueError`` where the folder is no finished data set.
     """
@@ -43,4 +46,8 @@ def _problem(path: Path, digest: str) -> str | None:
 def _found(folder: Path) -> list[str]:
     places = (folder / MISSIONS_FOLDER, folder / SAMPLES_FOLDER)
     paths = (path for place in places for path in place.rglob("*") if path.is_file())
-    return sorted(path.relative_to(folder).as_posix() for path in paths)
+    return sorted(path.relative_to(folder).as_posix() for path in paths if not _is_answer(folder, path))
+
+
+def _is_answer(folder: Path, path: Path) -> bool:
+    return path.name in ANSWER_FILES and path.parent.parent == folder / SAMPLES_FOLDER

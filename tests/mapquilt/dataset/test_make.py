@@ -177,6 +177,19 @@ def test_a_failing_sample_is_recorded_and_stops_nothing(tmp_path):
     assert len(manifest.samples) == 3
 
 
+def test_an_answer_in_a_sample_is_no_fault_of_the_data_set(tiny, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    shutil.copytree(tiny, copy)
+    sample = sorted((copy / "samples").iterdir())[0]
+    assert command("merge", sample) in (0, 1)
+    assert command("score", sample) == 0
+    assert (sample / "overview.png").exists()
+    assert command("dataset", "verify", copy) == 0
+    shutil.copy(sample / "merge.json", copy / "missions" / "merge.json")
+    assert command("dataset", "verify", copy) == 1
+    assert "missions/merge.json: is in no record" in capsys.readouterr().out
+
+
 def test_verify_finds_what_changed(tiny, tmp_path, capsys):
     copy = shutil.copytree(tiny, tmp_path / "copy")
     assert command("dataset", "verify", copy) == 0
