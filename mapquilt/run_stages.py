@@ -99,14 +99,17 @@ def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
 def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:
     """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
 
-    The score of an older answer is deleted.
+    The score of an older answer is deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
     """
+    made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
     maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
     start = time.perf_counter()
     result = merge_maps(maps, settings, seed, on_progress)
     merged = time.perf_counter() - start
     files = merge_files(run, maps, settings, seed, result)
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
+    if (run / run_folder.RUN_FILE).read_bytes() != made_by:
+        raise ValueError(f"{run}: another run has taken its place while it was merged; merge again")
     write_files_aside(files | run_folder.timings_file(run, timings, "merge", seconds))
     for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
         (run / stale).unlink(missing_ok=True)

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 
 from mapping.map_file import save_map
+from mapquilt.run_stages import merge_run, sense_run
+from mapquilt.sample import SampleSettings
+from merge.settings import MergeSettings
 from tests.mapquilt.conftest import command, hashes
 from tests.mapquilt.test_cli import office_map, refused
 
@@ -46,6 +49,15 @@ def test_a_new_merge_takes_the_score_of_the_old_one_away(fresh_run: Path) -> Non
     assert command("merge", fresh_run) in (0, 1)
     assert hashes(fresh_run) == before
     assert {"simulate", "sense", "merge", "score"} < set(json.loads((fresh_run / "timings.json").read_text()))
+
+
+def test_an_answer_never_lands_in_a_run_that_took_the_place_of_the_one_merged(fresh_run: Path) -> None:
+    def replace(_done: int, _total: int) -> None:
+        sense_run(fresh_run, fresh_run, SampleSettings(seed=99))
+
+    with pytest.raises(ValueError, match="another run has taken its place"):
+        merge_run(fresh_run, MergeSettings("orb"), 0, replace)
+    assert not (fresh_run / "merge.json").exists()
 
 
 @pytest.mark.parametrize(
