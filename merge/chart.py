@@ -25,7 +25,8 @@ MARGIN_SHARE = 0.06
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A grid and what is asked of it again and again, in cells from the grid's lower left corner (x, y; y up).
+    """A grid and what is asked of it again and again, in cells from the grid's lower left corner (x, y; y up); each
+    made when it is first asked for.
 
     ``points`` (N, 2) are the surface: the centres of occupied cells that meet free space, in row-major order. (Beams
     ended anywhere in such a cell; the face towards the free space would make rooms of coarser maps look smaller.)
@@ -37,28 +38,36 @@ class Chart:
     """
 
     grid: OccupancyGrid
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    nearest: NDArray[np.int32]
-    depth: NDArray[np.float32]
-    margin: int
-    diagonal: float
 
-    @staticmethod
-    def of(grid: OccupancyGrid) -> Chart:
-        rows, cols = np.nonzero(_surface(grid))
-        normals = _normals(grid, rows, cols)
-        diagonal = grid.known_diagonal / grid.frame.resolution
-        margin = 2 + math.ceil(MARGIN_SHARE * diagonal)
-        return Chart(
-            grid=grid,
-            points=frozen_array(np.stack((cols, rows), axis=-1) + 0.5, np.float64),
-            normals=frozen_array(normals, np.float64),
-            nearest=frozen_array(_nearest(grid.frame.shape, rows, cols, normals, margin), np.int32),
-            depth=frozen_array(np.pad(_depth(grid), margin), np.float32),
-            margin=margin,
-            diagonal=diagonal,
-        )
+    @cached_property
+    def points(self) -> NDArray[np.float64]:
+        rows, cols = self._cells
+        return frozen_array(np.stack((cols, rows), axis=-1) + 0.5, np.float64)
+
+    @cached_property
+    def normals(self) -> NDArray[np.float64]:
+        return frozen_array(_normals(self.grid, *self._cells), np.float64)
+
+    @cached_property
+    def nearest(self) -> NDArray[np.int32]:
+        return frozen_array(_nearest(self.grid.frame.shape, *self._cells, self.normals, self.margin), np.int32)
+
+    @cached_property
+    def depth(self) -> NDArray[np.float32]:
+        return frozen_array(np.pad(_depth(self.grid), self.margin), np.float32)
+
+    @cached_property
+    def margin(self) -> int:
+        return 2 + math.ceil(MARGIN_SHARE * self.diagonal)
+
+    @cached_property
+    def diagonal(self) -> float:
+        return self.grid.known_diagonal / self.grid.frame.resolution
+
+    @cached_property
+    def _cells(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        rows, cols = np.nonzero(_surface(self.grid))
+        return rows, cols
 
     @property
     def surface(self) -> Surface:

@@ -73,7 +73,7 @@ def match_maps(
 
 def _sheet(grid: OccupancyGrid, methods: Sequence[Proposer[Any] | Published[Any]]) -> Sheet:
     in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds)
-    chart = Chart.of(in_cells.cropped(MARGIN_CELLS))
+    chart = Chart(in_cells.cropped(MARGIN_CELLS))
     return Sheet(chart, tuple(method.describe(chart) for method in methods))
 
 

@@ -13,7 +13,7 @@ from tests.merge.rooms import rooms
 
 
 def chart(values):
-    return Chart.of(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ def two_charts(build, seed, source_from_world):
         )
     ]
     cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
-    return *(Chart.of(grid) for grid in grids), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
+    return *(Chart(grid) for grid in grids), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
 
 
 def nearest(proposals, truth, source):

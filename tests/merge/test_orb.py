@@ -17,7 +17,7 @@ def world():
 
 
 def chart(values):
-    return Chart.of(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 @pytest.mark.parametrize("picture", [0, 1])

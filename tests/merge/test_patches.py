@@ -28,7 +28,7 @@ def bent(grid, sagitta):
 
 
 def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
-    target, source = Chart.of(bent(grid, 9.0)), Chart.of(grid)
+    target, source = Chart(bent(grid, 9.0)), Chart(grid)
     truth, start = Similarity2(12.0), Similarity2(9.0, 2.0, math.radians(0.7))
     found = fit_patches(target, source, start, ScaleRange.known(), rounds=4)
 
@@ -40,11 +40,11 @@ def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
 
 
 def test_a_map_on_itself_stays(grid):
-    chart = Chart.of(grid)
+    chart = Chart(grid)
     found = fit_patches(chart, chart, Similarity2(), ScaleRange.free())
     assert np.abs(found.matrix() - Similarity2().matrix()).max() < 1e-9
 
 
 def test_where_nothing_is_near_the_answer_stays(grid):
-    chart, far = Chart.of(grid), Similarity2(5000.0)
+    chart, far = Chart(grid), Similarity2(5000.0)
     assert fit_patches(chart, chart, far, ScaleRange.known()) == far

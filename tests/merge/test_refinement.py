@@ -20,7 +20,7 @@ def charts():
     b = observed(world, viewpoints(world, rng, (4.0, 0.3), (15.7, 10.7), 25), b_from_world, rng)
     metric = Similarity2(1.0, 2.0, 0.3) @ b_from_world.inverse()
     cells = [Similarity2.from_se2(grid.frame.origin, grid.frame.resolution) for grid in (a, b)]
-    return Chart.of(a), Chart.of(b), cells[0].inverse() @ metric @ cells[1]
+    return Chart(a), Chart(b), cells[0].inverse() @ metric @ cells[1]
 
 
 def displaced(charts, shift=8.0, turn_deg=2.0, growth=1.012):
@@ -78,7 +78,7 @@ def test_refining_never_lowers_the_agreement(charts):
 
 
 def test_without_any_surface_the_start_is_returned(charts):
-    blank = Chart.of(type(charts[0].grid)(charts[0].grid.frame, np.zeros_like(charts[0].grid.log_odds)))
+    blank = Chart(type(charts[0].grid)(charts[0].grid.frame, np.zeros_like(charts[0].grid.log_odds)))
     start = Similarity2(1.0, 2.0, 0.5)
     assert refine(charts[0], blank, start, ScaleRange.free()) == start
 

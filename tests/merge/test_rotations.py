@@ -17,7 +17,7 @@ def charts(build, seed, yaw):
         observed(world, viewpoints(world, rng, *part, number=20), Similarity2(yaw=turn), rng)
         for part, turn in ((((0.3, 0.3), (12.0, 10.7)), 0.4), (((4.0, 0.3), (15.7, 10.7)), 0.4 - yaw))
     ]
-    return [Chart.of(grid) for grid in grids]
+    return [Chart(grid) for grid in grids]
 
 
 def off_deg(yaws, yaw):

@@ -15,7 +15,7 @@ from tests.merge.rooms import rooms
 def chart():
     walls = rooms(np.random.default_rng(11)).walls
     values = np.where(walls, 100, 0)
-    return Chart.of(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 def test_the_distance_of_two_transforms_is_that_of_the_points_they_move(chart):

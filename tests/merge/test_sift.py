@@ -18,7 +18,7 @@ def world():
 
 
 def chart(values):
-    return Chart.of(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 def test_a_turned_world_is_proposed_first_and_to_a_fraction_of_a_cell(world):

@@ -16,7 +16,7 @@ from tests.merge.rooms import observed, rooms, viewpoints
 
 def chart(values):
     values = np.asarray(values)
-    return Chart.of(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 def room(shape=(60, 80), wall=3):
@@ -99,8 +99,8 @@ def test_swapping_the_maps_gives_the_same_lengths():
     world = rooms(rng)
     first = Similarity2(3.0, -1.0, 0.4)
     second = Similarity2(0.0, 9.0, -2.0, 1.6)
-    a = Chart.of(observed(world, viewpoints(world, rng, (0.3, 0.3), (11.0, 10.7), 15), first, rng))
-    b = Chart.of(observed(world, viewpoints(world, rng, (5.0, 0.3), (15.7, 10.7), 15), second, rng))
+    a = Chart(observed(world, viewpoints(world, rng, (0.3, 0.3), (11.0, 10.7), 15), first, rng))
+    b = Chart(observed(world, viewpoints(world, rng, (5.0, 0.3), (15.7, 10.7), 15), second, rng))
     metre_from_cell = [Similarity2.from_se2(c.grid.frame.origin, c.grid.frame.resolution) for c in (a, b)]
     truth = metre_from_cell[0].inverse() @ first @ second.inverse() @ metre_from_cell[1]
     there = Similarity2(2.0, -1.0, 0.01) @ truth

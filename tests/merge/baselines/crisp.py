@@ -31,7 +31,7 @@ def crisp_pair(scale: float = 1.0, seed: int = 2) -> tuple[Chart, Chart, Similar
         )
     ]
     cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
-    return Chart.of(grids[0]), Chart.of(grids[1]), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
+    return Chart(grids[0]), Chart(grids[1]), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
 
 
 def off_share(answer: Similarity2, truth: Similarity2, source: Chart) -> float:
@@ -42,4 +42,4 @@ def off_share(answer: Similarity2, truth: Similarity2, source: Chart) -> float:
 
 def blank(rows: int = 90, cols: int = 120) -> Chart:
     """A map that knows free space alone."""
-    return Chart.of(OccupancyGrid(GridFrame(1.0, SE2(), (rows, cols)), np.full((rows, cols), -1.0, np.float32)))
+    return Chart(OccupancyGrid(GridFrame(1.0, SE2(), (rows, cols)), np.full((rows, cols), -1.0, np.float32)))

@@ -24,7 +24,7 @@ def part_of(chart, rows, cols, turned):
     grid = OccupancyGrid(GridFrame(1.0, SE2(), piece.shape), np.ascontiguousarray(piece))
     corner = {0: (0.0, 0.0), 1: (rows[1] - rows[0], 0.0)}[turned]
     map_from_piece = Similarity2(*corner, turned * np.pi / 2)
-    return Chart.of(grid), Similarity2(cols[0], rows[0]) @ map_from_piece.inverse()
+    return Chart(grid), Similarity2(cols[0], rows[0]) @ map_from_piece.inverse()
 
 
 @pytest.mark.parametrize("turned", [0, 1])

@@ -41,7 +41,7 @@ def test_proposals_keep_to_the_scale():
 def test_points_of_opencv_are_points_of_cells():
     values = np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
     charts = [
-        Chart.of(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), one.shape), one))
+        Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), one.shape), one))
         for one in (np.rot90(values, -1), values)
     ]
     answer = published(Stitching(), *charts)
