@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Any
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from mapping.frame import GridFrame, pixel_matrix, similarity_from_pixels
 from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
+from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.seeds import Role, stream
 from mapping.similarity2 import Similarity2
@@ -28,6 +30,9 @@ from merge.settings import MergeSettings
 
 MARGIN_CELLS = 32
 """Unknown cells around a map's known part, so that features at its rim are found whatever raster it came in."""
+
+MOST_CELLS = 2**22
+"""Larger maps are compared in wider cells: what they cost is bounded, and 2,000 cells a side tell places apart."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of pairs done and the number of pairs."""
@@ -63,7 +68,7 @@ def match_maps(
     indices = list(combinations(range(len(maps)), 2))
     pairs = []
     for done, (target, source) in enumerate(indices, start=1):
-        in_cells = scale.times(_cells_per_cell(maps, target, source))
+        in_cells = scale.times(_cells_per_cell(maps, target, source) * _width(sheets[source]) / _width(sheets[target]))
         answer = _answer(sheets[target], sheets[source], in_cells, settings, seed)
         pairs.append(_pair_result(maps, target, source, answer, sheets))
         if on_progress is not None:
@@ -72,9 +77,24 @@ def match_maps(
 
 
 def _sheet(grid: OccupancyGrid, methods: Sequence[Proposer[Any] | Published[Any]]) -> Sheet:
-    in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds)
-    chart = Chart(in_cells.cropped(MARGIN_CELLS))
+    in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds).cropped()
+    chart = Chart(_lighter(in_cells).cropped(MARGIN_CELLS))
     return Sheet(chart, tuple(method.describe(chart) for method in methods))
+
+
+def _lighter(grid: OccupancyGrid) -> OccupancyGrid:
+    """The grid itself, or where it has more than ``MOST_CELLS`` cells, in cells so many times as wide."""
+    times = math.ceil(math.sqrt(math.prod(grid.frame.shape) / MOST_CELLS))
+    if times == 1:
+        return grid
+    rows, cols = (math.ceil(side / times) for side in grid.frame.shape)
+    frame = GridFrame(float(times), grid.frame.origin, (rows, cols))
+    return OccupancyGrid(frame, resampled(grid, Similarity2.identity(), frame))
+
+
+def _width(sheet: Sheet) -> float:
+    """Of a cell of the sheet, in cells of its map."""
+    return sheet.chart.grid.frame.resolution
 
 
 def _cells_per_cell(maps: MapSet, target: int, source: int) -> float:
@@ -126,7 +146,7 @@ def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer, she
 def _pixels(
     target: Sheet, cells: Similarity2, source: Sheet, frames: tuple[GridFrame, GridFrame]
 ) -> NDArray[np.float64]:
-    corners = [Similarity2.from_se2(sheet.chart.grid.frame.origin) for sheet in (target, source)]
+    corners = [Similarity2.from_se2(sheet.chart.grid.frame.origin, _width(sheet)) for sheet in (target, source)]
     bare = [GridFrame(1.0, SE2.identity(), frame.shape) for frame in frames]
     return pixel_matrix(bare[0], corners[0] @ cells @ corners[1].inverse(), bare[1])
 

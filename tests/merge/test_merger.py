@@ -310,3 +310,17 @@ def test_unknown_cells_around_a_map_change_nothing(known):
     np.testing.assert_allclose(
         result.pairs[0].target_from_source.matrix(), before.pairs[0].target_from_source.matrix(), atol=1e-9
     )
+
+
+@pytest.mark.parametrize("most", [20_000, 60_000])
+def test_maps_of_very_many_cells_are_compared_in_wider_ones_and_answered_in_their_own(monkeypatch, most):
+    maps, frames = team(5, scale=(0.7, 0.7), honest=False)
+    monkeypatch.setattr("merge.merger.MOST_CELLS", most)
+    pair = quilted(maps).pairs[0]
+    assert pair.accepted, pair.reason
+    assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.5
+    np.testing.assert_allclose(
+        pixel_matrix(maps.grids[0].frame, pair.target_from_source, maps.grids[1].frame),
+        pair.target_from_source_pixels,
+        atol=1e-9,
+    )
