@@ -104,7 +104,7 @@ def simulate(
     world: WorldName,
     out: Out,
     robots: Annotated[int | None, typer.Option(help="Number of robots; default: 3, or one for each start.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 7,
+    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 6,
     duration: Annotated[float | None, typer.Option(help="Mission time [s]; default: 120, or a replay's.")] = None,
     starts: Annotated[Starts, typer.Option(help="Where robots begin that are given no start.")] = "random",
     start: StartOption = None,

@@ -83,4 +83,4 @@ class MissionSettings:
             if not 0.0 <= low < high <= 1.0:
                 raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, must be LO:HI with 0 <= LO < HI <= 1")
             if len(self.robots) < 2:
-                raise ValueError("MissionSettings: overlap needs at least two robots")
+                raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, must be of at least two robots")
