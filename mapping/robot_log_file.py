@@ -62,8 +62,13 @@ def _robot_log(fields: dict[str, NDArray[Any]]) -> RobotLog:
     if mounting.shape != (3,):
         raise ValueError(f"base_from_lidar has shape {mounting.shape}, must be (3,)")
     settings = zip(*(fields[name].tolist() for name in _PER_SCAN), strict=True)
-    scans = tuple(
-        LidarScan(float(stamp), first, step, nearest, farthest, row)
-        for stamp, (first, step, nearest, farthest), row in zip(stamps, settings, fields["ranges"], strict=True)
-    )
+    rows_of_scans = enumerate(zip(stamps.tolist(), settings, fields["ranges"], strict=True))
+    scans = tuple(_scan(index, stamp, lidar, ranges) for index, (stamp, lidar, ranges) in rows_of_scans)
     return RobotLog(scans, Trajectory(stamps, fields["odometry"]), SE2(*mounting.tolist()), str(fields["robot"]))
+
+
+def _scan(index: int, stamp: float, lidar: tuple[float, float, float, float], ranges: NDArray[Any]) -> LidarScan:
+    try:
+        return LidarScan(float(stamp), *lidar, ranges)
+    except ValueError as error:
+        raise ValueError(f"scan {index}: {error}") from None

@@ -19,8 +19,8 @@ class LidarScan:
     finite readings within [range_min, range_max], ``+inf`` where nothing returned and ``-inf`` where something
     stood too close (REP 117).
 
-    Raises ``ValueError`` naming the field: no beam, a range that is NaN or outside the limits, a sweep of more
-    than a full turn, limits out of order.
+    Raises ``ValueError`` naming the field: no beam, a range that is NaN or outside the limits, beams that all
+    look one way or sweep more than a full turn, limits out of order.
     """
 
     stamp: float
@@ -42,7 +42,9 @@ class LidarScan:
                 raise ValueError(f"LidarScan: {name} is {getattr(self, name)}, not a finite number")
         if not 0.0 <= self.range_min < self.range_max:
             raise ValueError(f"LidarScan: range_min {self.range_min} and range_max {self.range_max} are out of order")
-        if self.angle_increment == 0.0 or abs(self.angle_increment) * (self.ranges.size - 1) > math.tau + 1e-6:
+        if self.angle_increment == 0.0:
+            raise ValueError("LidarScan: angle_increment is zero: all beams would look one way")
+        if abs(self.angle_increment) * (self.ranges.size - 1) > math.tau + 1e-6:
             raise ValueError(
                 f"LidarScan: {self.ranges.size} beams at angle_increment {self.angle_increment} rad exceed a turn"
             )

@@ -29,6 +29,11 @@ def test_beams_that_exceed_a_turn_are_refused():
         scan(ranges=[1.0] * 100)
 
 
+def test_beams_that_all_look_one_way_are_refused():
+    with pytest.raises(ValueError, match="angle_increment is zero"):
+        scan(increment=0.0)
+
+
 def test_angles_and_points_by_hand():
     scan = LidarScan(0.0, math.pi / 2, math.pi / 2, 0.1, 8.0, np.array([2.0, np.inf, 3.0], np.float32))
     assert scan.angles == pytest.approx([math.pi / 2, math.pi, 3 * math.pi / 2])
