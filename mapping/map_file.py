@@ -50,7 +50,15 @@ def load_map(path: str | Path, *, unknown_grey: int | None = None) -> LoadedMap:
     if path.suffix.lower() not in (".yaml", ".yml"):
         return _loaded(path, MapYaml(image=path.name), read_picture(path), "cell", _yaml_beside(path), unknown_grey)
     meta, warnings = read_map_yaml(path)
-    return _loaded(path, meta, read_picture(image_path(path, meta)), "m", warnings, unknown_grey)
+    return _loaded(path, meta, _picture_of(path, meta), "m", warnings, unknown_grey)
+
+
+def _picture_of(path: Path, meta: MapYaml) -> Picture:
+    image = image_path(path, meta)
+    try:
+        return read_picture(image)
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path}: image {meta.image}: no such file") from None
 
 
 def require_known(loaded: LoadedMap) -> LoadedMap:

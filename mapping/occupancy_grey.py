@@ -21,7 +21,8 @@ _UNDECIDED = -0.01  # 50 % has log-odds 0, which would say unknown: a seen cell 
 def cell_of_grey(meta: MapYaml) -> NDArray[np.int8]:
     """The cell value (256,) of each grey level: 0 to 100, or -1 unknown.
 
-    After ``loadMapFromFile`` of nav2_map_server (map_io.cpp), which looks at 8-bit grey in single precision.
+    After ``loadMapFromFile`` of nav2_map_server (map_io.cpp since nav2's pull request 5071), which looks at 8-bit grey
+    in single precision.
     """
     grey = np.arange(256)
     if meta.mode == "raw":

@@ -46,7 +46,8 @@ def write_map(folder: Path, grey: np.ndarray, *, image: str = "map.pgm", **field
 
 
 def nav2_cell(grey: int, alpha: int, mode: str, negate: bool, occupied: float, free: float) -> int:
-    """One pixel through nav2's map_io.cpp, slowly: single precision, both thresholds inclusive, halves rounded up."""
+    """One pixel through nav2's map_io.cpp since its pull request 5071, slowly: single precision, both thresholds
+    inclusive, halves rounded up. Before it, alpha was averaged into the colours in trinary mode."""
     single = lambda number: struct.unpack("f", struct.pack("f", number))[0]  # noqa: E731
     if mode == "raw":
         return grey if grey <= 100 else -1
@@ -287,6 +288,14 @@ def test_an_image_in_a_folder_below_is_read(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.chdir(tmp_path)
     for name in (path, Path("map.yaml"), Path("pictures/../map.yaml")):
         assert load_map(name).grid.occupancy().tolist() == [[100]]
+
+
+def test_a_link_beside_the_yaml_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    path = write_map(tmp_path / "maps", np.array([[0]], np.uint8))
+    (tmp_path / "maps" / "map.pgm").rename(tmp_path / "elsewhere.pgm")
+    (tmp_path / "maps" / "map.pgm").symlink_to("../elsewhere.pgm")
+    assert load_map(path).grid.occupancy().tolist() == [[100]]
 
 
 @pytest.mark.parametrize(
