@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from mapping.atomic import write_bytes_aside
 from mapquilt import run_folder
@@ -13,6 +13,9 @@ from mapquilt.json_file import read_record, write_record
 from mapquilt.palette import INK, robot_colour
 from mapquilt.png import figure_png
 from sim.coverage import Coverage
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COVERAGE_SCHEMA = "mapquilt-coverage/1"
 DIGITS = 6
@@ -43,6 +46,8 @@ def coverage_line(folder: Path) -> str:
 
 
 def _curves(seen: Coverage) -> Figure:
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(5.0, 3.2), layout="constrained", dpi=110)
     panel = figure.add_subplot()
     panel.plot(seen.stamps, 100.0 * seen.team, color=INK, linewidth=1.8, label="team")

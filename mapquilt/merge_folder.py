@@ -11,7 +11,6 @@ from mapping.map_set import MapSet
 from mapquilt import run_folder
 from mapquilt.json_file import record_bytes
 from mapquilt.merge_file import merge_record
-from mapquilt.overview import merge_figure
 from mapquilt.png import figure_png
 from mapquilt.spare_maps import spare_maps
 from merge.result import MergeResult
@@ -32,6 +31,8 @@ def merge_files(
     folder: Path, maps: MapSet, settings: MergeSettings, seed: int, result: MergeResult
 ) -> dict[Path, bytes]:
     """The files of a merge in that folder, as bytes."""
+    from mapquilt.overview import merge_figure
+
     path = folder / run_folder.MERGE_FILE
     record = record_bytes(path, "merge", merge_record(maps, settings, seed, result))
     picture = figure_png(merge_figure(maps, result.merged, dict(result.reference_from_map)))

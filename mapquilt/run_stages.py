@@ -17,7 +17,6 @@ from mapquilt.coverage_file import write_coverage
 from mapquilt.json_file import read_record
 from mapquilt.merge_file import MergeAnswer, load_answer
 from mapquilt.merge_folder import merge_files
-from mapquilt.overview import overview_figure
 from mapquilt.png import figure_png
 from mapquilt.run_score import RunScore, score_answer, score_bytes
 from mapquilt.run_writer import fill_run
@@ -118,6 +117,8 @@ def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progre
 
 def score_run(run: Path) -> RunScore:
     """Compare a run's answer with its truth, and write score.json and overview.png, or neither."""
+    from mapquilt.overview import overview_figure
+
     maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
     merge_path = run / run_folder.MERGE_FILE
     if not merge_path.exists():

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon as Outline
+from typing import TYPE_CHECKING
 
 from mapping.se2 import SE2
 from mapquilt.palette import FENCE, INK, robot_colour
@@ -16,12 +12,17 @@ from mapquilt.png import figure_png
 from worlds.families import FAMILIES, make_world
 from worlds.world import World
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 SOLID = "#3a3f46"
 SHEET_COLUMNS = 5
 
 
 def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
     """The world as PNG: its solids, its fence dashed, the starts with their headings, and its width and height [m]."""
+    from matplotlib.figure import Figure
+
     width, height = world.size
     long = 9.0 / max(width, height)
     figure = Figure(
@@ -51,6 +52,8 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
 
 def sheet_picture(seed: int) -> bytes:
     """One world of each family, small, on one sheet."""
+    from matplotlib.figure import Figure
+
     rows = math.ceil(len(FAMILIES) / SHEET_COLUMNS)
     figure = Figure(figsize=(3.2 * SHEET_COLUMNS, 2.7 * rows), layout="constrained", dpi=100)
     for index, name in enumerate(FAMILIES):
@@ -64,6 +67,9 @@ def sheet_picture(seed: int) -> bytes:
 
 def draw_world(panel: Axes, world: World) -> None:
     """The solids and the fence into a panel, in metres."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Polygon as Outline
+
     width, height = world.size
     panel.set_aspect("equal")
     panel.add_patch(Outline([(0, 0), (width, 0), (width, height), (0, height)], facecolor="white", edgecolor="#d0d4d9"))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from mapquilt.benchmark.intervals import Share
 from mapquilt.benchmark.trial import Trial
@@ -70,6 +69,8 @@ def equal_mass_bins(confidence: NDArray[np.float64], right: NDArray[np.bool_]) -
 
 def auc(confidence: NDArray[np.float64], right: NDArray[np.bool_]) -> float | None:
     """Area under the ROC curve, by ranks (Mann and Whitney 1947)."""
+    from scipy.stats import rankdata
+
     positives = int(right.sum())
     negatives = len(right) - positives
     if not positives or not negatives:

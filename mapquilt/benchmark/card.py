@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
 from mapping.frame import GridFrame
@@ -153,5 +152,7 @@ def _outline(image: Picture, corners: NDArray[np.int32], colour: str, dashed: bo
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:
+    from matplotlib.colors import to_rgb
+
     red, green, blue = (round(255 * part) for part in to_rgb(colour))
     return red, green, blue

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from mapquilt.benchmark.strata import OVERLAPS, overlap_class
 from mapquilt.benchmark.trial import Answer, Trial
@@ -79,6 +78,8 @@ def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
 def _logistic(
     features: NDArray[np.float64], right: NDArray[np.bool_], weights: NDArray[np.float64]
 ) -> tuple[float, float, float]:
+    from scipy.optimize import minimize
+
     inputs = np.column_stack((features, np.ones(len(features))))
 
     def loss(constants: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:

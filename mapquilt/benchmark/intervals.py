@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 RESAMPLES = 1000
 LEVEL = 0.95
@@ -30,6 +29,8 @@ class Share:
     @staticmethod
     def counted(hits: Sequence[bool]) -> Share:
         """Source: Wilson 1927, by SciPy. Raises ``ValueError`` where there is nothing to count."""
+        from scipy.stats import binomtest
+
         if not hits:
             raise ValueError("Share: nothing to count")
         found = binomtest(sum(hits), len(hits)).proportion_ci(LEVEL, method="wilson")

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mapquilt.benchmark.calibration import Calibration
 from mapquilt.palette import INK, ROBOTS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 COLUMNS = 3
 
 
 def reliability_figure(calibrations: Sequence[Calibration]) -> Figure:
     """One panel a method: bins of equal mass with Wilson's intervals; what is calibrated lies on the diagonal."""
+    from matplotlib.figure import Figure
+
     columns = min(COLUMNS, len(calibrations))
     rows = math.ceil(len(calibrations) / columns)
     figure = Figure(figsize=(4.4 * columns, 5.0 * rows), layout="constrained", dpi=110)

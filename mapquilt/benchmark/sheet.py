@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from mapquilt.benchmark.card import TRUE_PLACE, card_picture
 from mapquilt.benchmark.trial import Answer, Trial
 from mapquilt.palette import INK, ROBOTS
 from mapquilt.png import figure_png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 COLUMNS, ROWS = 2, 6
 CARD_INCHES = (7.6, 3.0)
@@ -75,6 +77,8 @@ def sheet_pages(trials: Sequence[Trial], method: int) -> Iterator[bytes]:
 
 
 def _page(trials: Sequence[Trial], method: int, where: str) -> Figure:
+    from matplotlib.figure import Figure
+
     rows = math.ceil(len(trials) / COLUMNS)
     height = rows * CARD_INCHES[1] + HEADER_INCHES
     figure = Figure(figsize=(COLUMNS * CARD_INCHES[0], height), dpi=DPI, facecolor="white")

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import jinja2
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mapping.atomic import write_bytes_aside
 from mapquilt.dataset.manifest import Manifest
 from mapquilt.dataset.spec import DatasetSpec
 from mapquilt.palette import INK, ROBOTS
 from mapquilt.png import figure_png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CARD_FILE = "README.md"
 FIGURE_FILE = "figures.png"
@@ -56,6 +57,8 @@ is in two splits.
 
 def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) -> None:
     """Write README.md and figures.png of what was made."""
+    import jinja2
+
     samples = manifest.samples
     write_bytes_aside(out / FIGURE_FILE, figure_png(draw_figures(samples)))
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True)
@@ -107,6 +110,8 @@ def _natural(name: str) -> tuple[float, str]:
 
 def draw_figures(samples: Sequence[dict[str, Any]]) -> Figure:
     """Histograms of overlap, distortion, scale between maps, and residual of the pairs' truth."""
+    from matplotlib.figure import Figure
+
     pairs = [pair for sample in samples for pair in sample["pairs"]]
     figure = Figure(figsize=(11, 6.4), layout="constrained", dpi=110)
     axes = figure.subplots(2, 2)

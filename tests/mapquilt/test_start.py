@@ -92,6 +92,13 @@ def test_a_full_disk_under_standard_output_is_told() -> None:
     assert b"No space left" in done.stderr
 
 
+def test_what_only_some_commands_need_is_not_loaded_before_them() -> None:
+    loaded = "import mapquilt.cli, sys; print(*(set(sys.argv[1:]) & set(sys.modules)))"
+    late = ("scipy.stats", "scipy.optimize", "matplotlib", "jinja2", "dask", "pybullet")
+    done = subprocess.run([sys.executable, "-c", loaded, *late], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
 @pytest.mark.parametrize("name", mapquilt.__all__)
 def test_each_name_of_the_package_is_there(name: str) -> None:
     assert getattr(mapquilt, name).__name__ == name
