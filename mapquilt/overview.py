@@ -3,34 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon as Outline
 from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
 
+from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
-from mapquilt.palette import FENCE, INK, TRUE_WALL, picture, robot_colour
+from mapquilt.palette import FENCE, FREE, TRUE_WALL, UNKNOWN, map_colours, of_255, picture, robot_colour
+from mapquilt.panels import Extent, lay_out, write_title
 from mapquilt.truth_file import RunTruth
 from sim.mission import Mission
 
-COLUMNS = 3
-PANEL_INCHES = (5.0, 4.2)
+LEGEND_COLUMNS, LEGEND_ROW_INCHES = 5, 0.17
+OPACITY = 0.9
+"""Of a map's walls over those of others."""
 
 
-def merge_figure(maps: MapSet, merged: OccupancyGrid, reference_from_map: dict[str, Similarity2]) -> Figure:
-    """The merged map with each map's walls in a colour of its own, and every map as the merger got it."""
-    figure, panels = _panels(1 + len(maps))
-    _show_grid(panels[0], merged, "merged map")
-    for index, name in enumerate(maps.names):
-        if name in reference_from_map:
-            _show_walls(panels[0], maps.grids[index], reference_from_map[name], robot_colour(index))
-        verdict = "" if name in reference_from_map else " (not merged)"
-        _show_grid(panels[index + 1], maps.grids[index], name + verdict, robot_colour(index))
+def merge_figure(maps: MapSet, merged: OccupancyGrid, reference_from_map: Mapping[str, Similarity2]) -> Figure:
+    """The merged map, its walls in the colours of the maps that show them, and every map as the merger got it."""
+    figure, panels = lay_out([_extent(grid) for grid in (merged, *maps.grids)])
+    # The walls of each map are all of the merged ones: what is drawn below them must not darken their colours.
+    _show_grid(panels[0], merged, walls=not reference_from_map)
+    _show_all_walls(panels[0], maps, reference_from_map)
+    write_title(panels[0], "merged map", f"{len(reference_from_map)} of {len(maps)} maps")
+    for panel, name, grid, colour in zip(panels[1:], maps.names, maps.grids, map_colours(maps.names), strict=True):
+        _show_grid(panel, grid)
+        write_title(panel, name, "" if name in reference_from_map else "not merged", colour)
     return figure
 
 
@@ -43,50 +50,54 @@ def overview_figure(
     reference_from_map: dict[str, Similarity2],
 ) -> Figure:
     """The world with the paths, the merged grid, the merged walls over the truth, and each robot's grid."""
-    figure, panels = _panels(3 + len(maps))
+    width, height = mission.world.size
+    world = Extent(0.0, width, 0.0, height)
+    legend = LEGEND_ROW_INCHES * math.ceil(len(mission.robots) / LEGEND_COLUMNS)
+    figure, panels = lay_out([world, _extent(merged), world, *map(_extent, maps.grids)], legend)
     _show_world(panels[0], mission)
-    _show_grid(panels[1], merged, f"merged map: {len(reference_from_map)} of {len(maps)} maps, frame of {reference}")
+    _show_grid(panels[1], merged)
+    write_title(panels[1], "merged map", f"{len(reference_from_map)} of {len(maps)} maps, frame of {reference}")
     _show_over_truth(panels[2], mission, maps, truth, reference, reference_from_map)
-    for index, name in enumerate(maps.names):
-        scale = truth.robot(name).truth.world_from_map.scale
-        resolution = maps.grids[index].frame.resolution
-        title = f"{name}: states {resolution:g} m a cell, truly {resolution * scale:.3f} m"
-        _show_grid(panels[3 + index], maps.grids[index], title, robot_colour(index))
+    for panel, name, grid, colour in zip(panels[3:], maps.names, maps.grids, map_colours(maps.names), strict=True):
+        _show_grid(panel, grid)
+        scale, resolution = truth.robot(name).truth.world_from_map.scale, grid.frame.resolution
+        write_title(panel, name, f"states {resolution:g} m a cell, truly {resolution * scale:.3f} m", colour)
     return figure
 
 
-def _panels(count: int) -> tuple[Figure, list[Axes]]:
-    columns = min(COLUMNS, count)
-    rows = math.ceil(count / columns)
-    figure = Figure(figsize=(PANEL_INCHES[0] * columns, PANEL_INCHES[1] * rows), layout="constrained", dpi=110)
-    axes = [figure.add_subplot(rows, columns, index + 1) for index in range(count)]
-    for panel in axes:
-        panel.set_aspect("equal")
-        panel.tick_params(labelsize=7, colors=INK, length=2)
-        for spine in panel.spines.values():
-            spine.set_color("#d0d4d9")
-    return figure, axes
-
-
-def _title(panel: Axes, text: str, colour: str = INK) -> None:
-    panel.set_title(text, fontsize=9, color=colour, loc="left", parse_math=False)
-
-
-def _show_grid(panel: Axes, grid: OccupancyGrid, title: str, colour: str = INK) -> None:
-    """Draw in the map's own metres, turned as its origin is."""
+def _extent(grid: OccupancyGrid) -> Extent:
+    """Where a map knows anything, in its own metres."""
     frame = grid.frame
-    image = panel.imshow(picture(grid)[::-1], origin="upper", interpolation="antialiased")
-    image.set_transform(Affine2D(frame.metre_from_pixel()) + panel.transData)
-    rows, cols = frame.shape
-    corners = frame.metres_from_cells(np.array([(0, 0), (0, cols), (rows, 0), (rows, cols)]) - 0.5)
-    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
-    panel.set(xlim=(left, right), ylim=(low, high))
-    _title(panel, title, colour)
+    cells = np.argwhere(grid.known)
+    if cells.size == 0:
+        cells = np.array([(0, 0), (0, frame.shape[1] - 1), (frame.shape[0] - 1, 0), np.subtract(frame.shape, 1)])
+    metres = frame.metres_from_cells(cells)
+    (left, low), (right, high) = metres.min(axis=0), metres.max(axis=0)
+    return Extent(left - frame.resolution, right + frame.resolution, low - frame.resolution, high + frame.resolution)
 
 
-def _show_walls(panel: Axes, grid: OccupancyGrid, frame_from_map: Similarity2, colour: str) -> None:
-    points = frame_from_map.apply(grid.frame.metres_from_cells(np.argwhere(grid.occupied)))
-    panel.plot(points[:, 0], points[:, 1], ",", color=colour, alpha=0.8, rasterized=True)
+def _show_grid(panel: Axes, grid: OccupancyGrid, walls: bool = True) -> None:
+    panel.set_facecolor(of_255(UNKNOWN))
+    image = picture(grid) if walls else picture(grid, wall=FREE)
+    _show_image(panel, image, grid.frame, Similarity2())
+
+
+def _show_image(
+    panel: Axes, image: NDArray[np.uint8], frame: GridFrame, panel_from_map: Similarity2, zorder: float = 0.0
+) -> None:
+    """Draw a picture of a map, row 0 lowest, turned as its origin and the transform are."""
+    placed = Affine2D(np.vstack((panel_from_map.matrix(), (0.0, 0.0, 1.0))))
+    drawn = panel.imshow(image[::-1], origin="upper", interpolation="antialiased", aspect="auto", zorder=zorder)
+    drawn.set_transform(Affine2D(frame.metre_from_pixel()) + placed + panel.transData)
+
+
+def _show_all_walls(panel: Axes, maps: MapSet, panel_from_map: Mapping[str, Similarity2]) -> None:
+    for name, grid, colour in zip(maps.names, maps.grids, map_colours(maps.names), strict=True):
+        if name in panel_from_map:
+            image = np.empty((*grid.frame.shape, 4), np.uint8)
+            image[..., :3] = np.rint(255.0 * np.array(to_rgb(colour)))
+            image[..., 3] = np.where(grid.occupied, round(255.0 * OPACITY), 0)
+            _show_image(panel, image, grid.frame, panel_from_map[name], zorder=2.0)
 
 
 def _show_world(panel: Axes, mission: Mission) -> None:
@@ -98,15 +109,8 @@ def _show_world(panel: Axes, mission: Mission) -> None:
         colour = robot_colour(index)
         panel.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.1, label=f"robot_{index}")
         panel.plot(*path[0, :2], "o", color=colour, markersize=5, markeredgecolor="white")
-    _frame_world(panel, mission)
-    panel.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.06), frameon=False, ncols=4)
-    _title(panel, f"{mission.world.name}: true paths, starts as dots [m]")
-
-
-def _frame_world(panel: Axes, mission: Mission) -> None:
-    width, height = mission.world.size
-    panel.set_xlim(-0.3, width + 0.3)
-    panel.set_ylim(-0.3, height + 0.3)
+    panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, -0.04), frameon=False, ncols=LEGEND_COLUMNS)
+    write_title(panel, mission.world.name, "true paths, starts as dots [m]")
 
 
 def _show_over_truth(
@@ -119,8 +123,6 @@ def _show_over_truth(
 ) -> None:
     panel.add_collection(PolyCollection(mission.world.obstacles, facecolors=TRUE_WALL, edgecolors="none"))
     world_from_reference = truth.robot(reference).truth.world_from_map
-    for index, name in enumerate(maps.names):
-        if name in reference_from_map:
-            _show_walls(panel, maps.grids[index], world_from_reference @ reference_from_map[name], robot_colour(index))
-    _frame_world(panel, mission)
-    _title(panel, "merged walls over the true ones (grey) [m]")
+    world_from_map = {name: world_from_reference @ placed for name, placed in reference_from_map.items()}
+    _show_all_walls(panel, maps, world_from_map)
+    write_title(panel, "merged walls", "over the true ones (grey) [m]")

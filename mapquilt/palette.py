@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 import numpy as np
+from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
@@ -15,15 +19,46 @@ TRUE_WALL = "#b9bec6"
 FENCE = "#b3007d"
 INK = "#24292f"
 
+_OF_A_RUN = re.compile(r"robot_(\d+)(?:_part_\d+)?")
+_DARKEST, _LIGHTEST = -0.3, 0.35
+
 
 def robot_colour(index: int) -> str:
     return ROBOTS[index % len(ROBOTS)]
 
 
-def picture(grid: OccupancyGrid) -> NDArray[np.uint8]:
+def map_colours(names: Sequence[str]) -> tuple[str, ...]:
+    """A colour for each map: that of its robot, in a shade for each of the robot's parts; by order for other names."""
+    found = [_OF_A_RUN.fullmatch(name) for name in names]
+    robots = [int(match[1]) for match in found if match]
+    if len(robots) < len(names):
+        return tuple(robot_colour(index) for index in range(len(names)))
+    return tuple(
+        shade(robot_colour(robot), robots[:index].count(robot), robots.count(robot))
+        for index, robot in enumerate(robots)
+    )
+
+
+def shade(colour: str, index: int, count: int) -> str:
+    """One of ``count`` shades of a colour, from dark to light; the colour itself where there is but one."""
+    if count == 1:
+        return colour
+    lightness = _DARKEST + (_LIGHTEST - _DARKEST) * index / (count - 1)
+    end = 1.0 if lightness > 0.0 else 0.0
+    red, green, blue = (part + abs(lightness) * (end - part) for part in to_rgb(colour))
+    return to_hex((red, green, blue))
+
+
+def of_255(colour: tuple[int, int, int]) -> tuple[float, float, float]:
+    """A colour of the pictures as matplotlib has it."""
+    red, green, blue = colour
+    return red / 255.0, green / 255.0, blue / 255.0
+
+
+def picture(grid: OccupancyGrid, wall: tuple[int, int, int] = WALL) -> NDArray[np.uint8]:
     """The grid as RGB (rows, cols, 3), row 0 lowest, as ``imshow(origin="lower")`` wants it."""
     image = np.empty((*grid.frame.shape, 3), np.uint8)
     image[:] = UNKNOWN
     image[grid.free] = FREE
-    image[grid.occupied] = WALL
+    image[grid.occupied] = wall
     return image

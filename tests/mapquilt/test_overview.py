@@ -1,8 +1,11 @@
 """Pictures of a run lie as the frames say: what is drawn is looked up again, in metres."""
 
+import colorsys
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from scipy import ndimage
 
 from mapping.frame import GridFrame
@@ -12,6 +15,8 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapquilt import run_folder
 from mapquilt.overview import merge_figure, overview_figure
+from mapquilt.palette import map_colours, robot_colour
+from mapquilt.panels import Extent, lay_out
 from mapquilt.truth_file import load_truth
 from merge.fusion import fuse
 from sim.mission_file import load_mission
@@ -30,8 +35,8 @@ def looked_at(figure, panel):
     return image[rows, cols], metres
 
 
-def coloured(pixels):
-    return np.ptp(pixels, axis=-1) > 60
+def coloured(pixels, least=60):
+    return np.ptp(pixels, axis=-1) > least
 
 
 def room(yaw):
@@ -66,8 +71,69 @@ def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
     merged = fuse(target.frame, [(Similarity2(), target), (target_from_source, source)])
     figure = merge_figure(MapSet(("a", "b"), (target, source), ("m", "m")), merged, {"b": target_from_source})
     pixels, metres = looked_at(figure, 0)
-    cells = target.frame.cells_from_metres(metres[coloured(pixels)])
-    assert {tuple(cell) for cell in cells} == {tuple(cell) for cell in np.argwhere(target.occupied)}
+    cells = target.frame.cells_from_metres(metres)
+    inside = target.frame.contains(cells)
+    wall = np.zeros(inside.shape, bool)
+    wall[inside] = target.occupied[tuple(cells[inside].T)]
+    at_an_edge = ndimage.maximum_filter(wall, 5) != ndimage.minimum_filter(wall, 5)
+    assert (coloured(pixels) == wall)[~at_an_edge].all()
+    assert wall[~at_an_edge].sum() > 1000
+
+
+def test_no_black_shows_through_the_walls_of_the_maps():
+    grid = room(0.4)
+    placed = {"a": Similarity2(), "b": Similarity2()}
+    pixels, _ = looked_at(merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), grid, placed), 0)
+    walls = pixels[coloured(pixels, least=120)]
+    assert len(walls) > 1000
+    assert walls.max(axis=-1).min() > 150
+
+
+def hue(colour):
+    return colorsys.rgb_to_hsv(*to_rgb(colour))[0]
+
+
+def test_the_parts_of_a_robot_are_shades_of_its_colour():
+    names = [f"robot_{robot}_part_{part}" for robot in range(3) for part in range(4)]
+    colours = map_colours(names)
+    assert len(set(colours)) == len(names)
+    for index, colour in enumerate(colours):
+        assert hue(colour) == pytest.approx(hue(robot_colour(index // 4)), abs=0.02)
+
+
+def test_maps_that_are_not_cut_have_the_colours_of_their_robots_or_of_their_order():
+    assert map_colours(["robot_2", "robot_0"]) == (robot_colour(2), robot_colour(0))
+    assert map_colours(["hall", "robot_5"]) == (robot_colour(0), robot_colour(1))
+
+
+@pytest.mark.parametrize("count", range(1, 13))
+def test_panels_share_size_and_rows_and_the_last_row_is_centred(count):
+    extents = [Extent(0.0, 10.0 + 3 * k, -5.0, 5.0 + 40 * (k % 2)) for k in range(count)]
+    _, panels = lay_out(extents, legend_inches=0.5)
+    boxes = np.array([panel.get_position().bounds for panel in panels])
+    np.testing.assert_allclose(boxes[:, 2:], np.broadcast_to(boxes[0, 2:], (count, 2)))
+    rows = [boxes[np.isclose(boxes[:, 1], bottom)] for bottom in np.unique(boxes[:, 1].round(9))[::-1]]
+    assert len({len(row) for row in rows[:-1]}) <= 1
+    middles = [row[:, 0].mean() for row in rows]
+    assert middles == pytest.approx([middles[0]] * len(rows))
+    for panel, extent in zip(panels, extents, strict=True):
+        (left, right), (low, high) = panel.get_xlim(), panel.get_ylim()
+        assert left < extent.left < extent.right < right
+        assert low < extent.low < extent.high < high
+        pixels = panel.bbox.width / (right - left), panel.bbox.height / (high - low)
+        assert pixels[0] == pytest.approx(pixels[1])
+
+
+@pytest.mark.parametrize("name", ["robot_19_part_19", "somewhere/" * 12 + "$map_1$.yaml"])
+def test_a_title_ends_within_its_panel(name):
+    grid = room(0.0)
+    figure = merge_figure(MapSet((name, "b"), (grid, grid), ("m", "m")), grid, {})
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    panel = figure.axes[1]
+    assert panel.get_title(loc="left").endswith(name[-16:])
+    for text in (*panel.texts, panel._left_title):
+        assert text.get_window_extent(canvas.get_renderer()).x1 <= panel.bbox.x1
 
 
 def test_the_true_transforms_lay_the_merged_walls_on_the_true_ones(merged_run):
