@@ -68,8 +68,8 @@ def pair_text(maps: MapSet, truth: RunTruth) -> str:
 
 
 def draw(mission: Mission, maps: MapSet, truth: RunTruth) -> Figure:
-    figure = Figure(figsize=(15, 4.4), layout="constrained", dpi=110)
-    start, best, pair = figure.subplots(1, 3)
+    figure = Figure(figsize=(15, 4.2), layout="constrained", dpi=110)
+    start, best, pair = figure.subplots(1, 3, sharex=True, sharey=True)
     fits = [truth.robot(name).truth for name in (TARGET, SOURCE)]
     world_from_target = fits[0].world_from_map
     panels = (
@@ -88,6 +88,7 @@ def draw(mission: Mission, maps: MapSet, truth: RunTruth) -> Figure:
     for axes, world_from_maps, title in panels:
         show(axes, mission, maps, world_from_maps)
         axes.set_title(title, fontsize=9, loc="left")
+    start.set_ylabel("y [m]", fontsize=8)
     return figure
 
 
@@ -99,7 +100,6 @@ def show(axes: Axes, mission: Mission, maps: MapSet, world_from_maps: list[Simil
         axes.plot(*walls.T, ",", color=robot_colour(index))
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]", fontsize=8)
-    axes.set_ylabel("y [m]", fontsize=8)
     axes.tick_params(labelsize=7)
 
 
