@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
@@ -44,9 +43,9 @@ def shade(colour: str, index: int, count: int) -> str:
     if count == 1:
         return colour
     lightness = _DARKEST + (_LIGHTEST - _DARKEST) * index / (count - 1)
-    end = 1.0 if lightness > 0.0 else 0.0
-    red, green, blue = (part + abs(lightness) * (end - part) for part in to_rgb(colour))
-    return to_hex((red, green, blue))
+    end = 255 if lightness > 0.0 else 0
+    parts = bytes.fromhex(colour.removeprefix("#"))
+    return "#" + bytes(round(part + abs(lightness) * (end - part)) for part in parts).hex()
 
 
 def of_255(colour: tuple[int, int, int]) -> tuple[float, float, float]:
