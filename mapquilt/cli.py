@@ -158,7 +158,7 @@ def simulate(
     with mission_progress(mission.duration) as (on_progress, on_mapping):
         made = simulate_run(out, place, mission, sample, seed, on_progress, paths, on_mapping)
     print_table(
-        f"{out}: {len(mission.robots)} maps of {place.name}, seed {seed}, {mission.duration:g} s, noise {noise:g}"
+        f"{out}: {_maps(len(mission.robots))} of {place.name}, seed {seed}, {mission.duration:g} s, noise {noise:g}"
     )
     print_table(coverage_line(out))
     if mission.overlap is not None:
@@ -191,7 +191,8 @@ def sense(
     settings = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, parts, alone)
     with count_progress("mapping") as on_mapping:
         mission = sense_run(run, out, settings, on_mapping)
-    print_table(f"{out}: {len(mission.robots)} maps of {mission.world.name} from {run}, noise {noise:g}")
+    made = _maps(len(mission.robots) * parts)
+    print_table(f"{out}: {made} of {mission.world.name} from {run}, noise {noise:g}")
     return ALL_MERGED
 
 
@@ -290,6 +291,10 @@ def lidars() -> int:
     """List the lidars that robots can carry, their noise, and who says so."""
     print_table(lidar_table())
     return ALL_MERGED
+
+
+def _maps(number: int) -> str:
+    return f"{number} map" if number == 1 else f"{number} maps"
 
 
 def _warn(warnings: tuple[str, ...]) -> None:
