@@ -40,7 +40,6 @@ def map_colours(names: Sequence[str]) -> tuple[str, ...]:
 
 def shade(colour: str, index: int, count: int) -> str:
     """One of ``count`` shades of a colour, from dark to light; the colour itself where there is but one."""
-
     if count == 1:
         return colour
     lightness = _DARKEST + (_LIGHTEST - _DARKEST) * index / (count - 1)
