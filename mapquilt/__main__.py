@@ -12,7 +12,9 @@ def main() -> None:
     """Run the command line, which takes a second to load, and leave with its exit status."""
     try:
         from mapquilt.cli import run
+        from mapquilt.standard_output import named
 
+        sys.stdout = named(sys.stdout)
         status = run(sys.argv[1:])
     except KeyboardInterrupt:
         status = _fail("interrupted", INTERRUPTED)
@@ -29,14 +31,17 @@ def _fail(message: str, status: int) -> int:
 
 
 def _flushed(status: int) -> int:
-    """Write out what was printed. What nobody takes is dropped, lest the interpreter try again at its end."""
+    """Write out what was printed. What nobody takes is dropped, lest the interpreter try again at its end; an error is
+    told once."""
     if sys.stdout is None:
         return status
     try:
         sys.stdout.flush()
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return CLOSED_PIPE if isinstance(error, BrokenPipeError) else _fail(f"standard output: {error}", BAD_INPUT)
+        if isinstance(error, BrokenPipeError):
+            return CLOSED_PIPE
+        return status if status == BAD_INPUT else _fail(f"standard output: {error.strerror}", BAD_INPUT)
     return status
 
 

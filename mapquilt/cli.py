@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 
 from mapping.map_yaml import Mode
 from mapquilt import run_folder
@@ -327,9 +328,10 @@ def _root(
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit status. Errors end here, in one line on standard error."""
     try:
+        _check_names(arguments)
         status = int(typer.main.get_command(app).main(arguments, prog_name="mapquilt", standalone_mode=False) or 0)
     except typer.TyperException as error:
-        return _fail(error.format_message() or "no command given; `mapquilt --help` lists them", BAD_INPUT)
+        return _fail(_with_value(error) or "no command given; `mapquilt --help` lists them", BAD_INPUT)
     except (ValueError, OSError, ImportError) as error:
         return _fail(_by_option(_one_line(error), arguments), BAD_INPUT)
     except MemoryError as error:
@@ -340,6 +342,23 @@ def run(arguments: list[str]) -> int:
         traceback.print_exc()
         return _fail(f"internal error: {type(error).__name__}: {error}", INTERNAL_ERROR)
     return _fail("interrupted", INTERRUPTED) if status == INTERRUPTED else status
+
+
+def _check_names(arguments: list[str]) -> None:
+    """Names of files end in records and tables, which are UTF-8."""
+    for argument in arguments:
+        name = argument.encode(errors="backslashreplace").decode()
+        if name != argument:
+            raise ValueError(f"{name}: is not UTF-8, which names must be")
+
+
+def _with_value(error: typer.TyperException) -> str:
+    """What is wrong with the arguments, with the value that does not fit its option."""
+    message = error.format_message()
+    if isinstance(error.__cause__, ValidationError):
+        value = error.__cause__.errors()[0]["input"]
+        return message.replace("Input should", f"{str(value)[:100]!r} should", 1)
+    return message
 
 
 def _one_line(error: ValueError | OSError | ImportError) -> str:

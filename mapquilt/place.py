@@ -27,6 +27,8 @@ def open_place(
     ``width`` and ``height`` [m] size a family; ``plan_resolution`` [m a pixel] a plan that is a bare picture. A world
     from a file is the same for every seed. Raises ``ValueError`` or ``OSError`` naming what is wrong.
     """
+    if not name:
+        raise ValueError("the name of the world is empty; `mapquilt worlds list` lists the families")
     path = Path(name)
     is_file = name not in FAMILIES and (path.suffix.lower() in (".json", *PICTURES, *YAMLS) or path.exists())
     if is_file and not (width is None and height is None):

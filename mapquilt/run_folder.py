@@ -14,6 +14,7 @@ timings.json         seconds; all that differs between two runs of one seed
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -67,16 +68,30 @@ def is_run(folder: Path) -> bool:
 
 def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
     """Raise ``ValueError`` where writing there would overwrite what mapquilt did not write: a folder that is not
-    empty must hold the record ``mark``, of a run or of a merge."""
-    if not folder.exists():
-        return
+    empty must hold the record ``mark``, of a run or of a merge. What lies inside another run or merge would be lost
+    with it, and is refused too."""
     kind = Path(mark).stem
-    if not folder.is_dir():
+    if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder}: exists and is not a folder")
     if (folder / mark).is_file():
         read_record(folder / mark, kind)
-    elif any(folder.iterdir()):
+    elif folder.exists() and any(folder.iterdir()):
         raise ValueError(f"{folder}: is not empty and not a {kind} of mapquilt; refusing to replace it")
+    for around in Path(os.path.realpath(folder)).parents:
+        for record in (RUN_FILE, MERGE_FILE):
+            if _holds(around, record):
+                raise ValueError(f"{folder}: lies inside the {Path(record).stem} {around}; name a folder outside it")
+
+
+def _holds(folder: Path, mark: str) -> bool:
+    """Whether that record of mapquilt's lies in the folder; a file of another program's that has its name is none."""
+    if not (folder / mark).is_file():
+        return False
+    try:
+        read_record(folder / mark, Path(mark).stem)
+    except ValueError:
+        return False
+    return True
 
 
 @contextmanager

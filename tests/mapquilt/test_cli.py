@@ -92,7 +92,11 @@ PAST_ALL = [
     [
         (("simulate", "moon"), ("moon", "office")),
         (("simulate", "office", "--robots", "0"), ("robots", "0")),
-        (("simulate", "office", "--robots", "two"), ("robots", "integer")),
+        (("simulate", "office", "--robots", "two"), ("--robots", "'two' should be a valid integer")),
+        (("simulate", "office", "--robots", "1.5"), ("--robots", "'1.5' should be a valid integer")),
+        (("merge", "a.yaml", "b.yaml", "--unknown", "300"), ("--unknown", "'300' should be less than or equal to 255")),
+        (("merge", "a\udcff.yaml", "b.yaml"), (r"a\udcff.yaml: is not UTF-8",)),
+        (("simulate", ""), ("the name of the world is empty",)),
         (("simulate", "office", "--duration", "-5"), ("duration", "-5")),
         (("simulate", "office", "--duration", "nan"), ("duration", "nan")),
         (("simulate", "office", "--noise", "-1"), ("noise", "-1")),
@@ -217,6 +221,15 @@ def test_a_method_without_its_own_answer_is_told(capsys, two_maps):
 
 def test_one_map_alone_is_bad_input(capsys, two_maps):
     assert "one map alone" in refused(capsys, "merge", two_maps[0])
+
+
+def test_one_file_under_two_names_is_bad_input(capsys, two_maps, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("link.yaml").symlink_to("a.yaml")
+    twice = "mapquilt: a.yaml: is named twice; a map is not merged with itself"
+    assert refused(capsys, "merge", "a.yaml", "b.yaml", "./a.yaml") == twice
+    one = "mapquilt: a.yaml and link.yaml are one file; a map is not merged with itself"
+    assert refused(capsys, "merge", "a.yaml", "link.yaml") == one
 
 
 def test_a_folder_that_is_no_run_is_named(capsys, tmp_path):

@@ -116,6 +116,29 @@ def test_a_merge_never_replaces_a_run_or_what_is_not_its_own(
 
 
 @pytest.mark.parametrize("verb", ["merge", "sense", "simulate"])
+def test_nothing_is_written_into_a_run_or_a_merge_that_would_take_it_along(
+    two_maps: tuple[Path, Path], fresh_run: Path, tmp_path: Path, capsys, verb: str
+) -> None:
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
+    (tmp_path / "link").symlink_to(fresh_run)
+    capsys.readouterr()
+    what = {"merge": two_maps, "sense": (fresh_run,), "simulate": ("office", "--duration", 2)}[verb]
+    before = hashes(tmp_path, but=())
+    for around, kind in ((fresh_run, "run"), (tmp_path / "link", "run"), (tmp_path / "merged", "merge")):
+        for out in (around / "new", around / "new/deeper"):
+            line = refused(capsys, verb, *what, "--out", out)
+            assert line == f"mapquilt: {out}: lies inside the {kind} {around.resolve()}; name a folder outside it"
+    assert hashes(tmp_path, but=()) == before
+
+
+def test_a_file_of_another_program_that_is_called_as_a_record_makes_no_run(
+    two_maps: tuple[Path, Path], tmp_path: Path
+) -> None:
+    (tmp_path / "run.json").write_text('{"their": "own"}')
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
+
+
+@pytest.mark.parametrize("verb", ["merge", "sense", "simulate"])
 def test_an_empty_name_is_no_folder(
     two_maps: tuple[Path, Path], merged_run: Path, tmp_path: Path, capsys, monkeypatch, verb: str
 ) -> None:
