@@ -24,7 +24,18 @@ def test_a_run_says_how_its_mission_was_made(tmp_path: Path) -> None:
     (tmp_path / "team.yaml").write_text(
         "robots:\n- {start: [2.5, 10.0, 1.0], lidar: lds01, speed: 0.3}\n- {radius: 0.25, rate: 5}\n"
     )
-    options = ("--robots-file", tmp_path / "team.yaml", "--drive", "wheels", "--starts", "spread", "--duration", 3)
+    options = (
+        "--robots-file",
+        tmp_path / "team.yaml",
+        "--drive",
+        "wheels",
+        "--starts",
+        "spread",
+        "--duration",
+        3,
+        "--seed",
+        7,
+    )
     assert command("simulate", "open_hall", *options, "--policy", "tour", "--out", tmp_path / "run") == 0
     run = record(tmp_path / "run")
     assert (run["robots"], run["lidars"]) == (2, ["lds01", "default"])
@@ -66,7 +77,7 @@ def test_the_overlap_reached_is_that_of_the_beams_that_clear(
 def test_an_overlap_out_of_reach_is_warned_of_and_the_nearest_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    start = ("--start", "3,10", "--start", "26,10", "--overlap", "0.9:1", "--duration", 2)
+    start = ("--start", "3,10", "--start", "26,10", "--overlap", "0.9:1", "--duration", 2, "--seed", 7)
     assert command("simulate", "office", *start, "--out", tmp_path / "run") == 0
     assert "overlap 0.9:1 was not reached: robot_0 and robot_1 overlap by" in capsys.readouterr().err
     assert record(tmp_path / "run")["overlap"]["reached"][0] < 0.9  # type: ignore[index]
