@@ -24,7 +24,8 @@ class DecisionSettings:
 
     - ``agreement``, ``lead``, ``threshold``: the log-odds of being right are ``agreement`` times the agreement, plus
       ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no more,
-      or a poor answer would pass for want of any other. Fitted by ``mapquilt calibrate``;
+      or a poor answer would pass for want of any other. Set by hand, stricter than what ``mapquilt calibrate``
+      fits, which accepts more wrong answers from short missions: a confidence is not yet a probability;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
