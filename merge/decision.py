@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from scipy.special import expit
+
 from merge.result import Evidence
 
 BARE = "too little structure"
@@ -90,7 +92,7 @@ def _log_odds(evidence: Evidence, settings: DecisionSettings, lead: float) -> fl
 
 
 def _confidence(log_odds: float) -> float:
-    return 1.0 / (1.0 + math.exp(-max(-40.0, min(40.0, log_odds))))
+    return float(expit(log_odds))
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:

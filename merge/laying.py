@@ -147,13 +147,9 @@ def add_equations(
         if not distance < gate:
             continue
         nx, ny = target[1][index, 0], target[1][index, 1]
-        cosine = facing(ax, ay, nx, ny)
-        if cosine <= 0.0:
-            continue
+        w = weight * _pair_weight(distance / gate, facing(ax, ay, nx, ny))
         error_x, error_y = target[0][index, 0] - x, target[0][index, 1] - y
-        w = weight * (1.0 - (distance / gate) ** 2) ** 2 * cosine
-        _add(x - centre[0], y - centre[1], error_x, error_y, nx, ny, w, line_share, equations)
-        pairs += 1
+        pairs += _add(x - centre[0], y - centre[1], error_x, error_y, nx, ny, w, line_share, equations)
     return pairs
 
 
@@ -183,16 +179,18 @@ def add_equations_back(
             continue
         ax, ay = source[1][index, 0], source[1][index, 1]
         nx, ny = c * ax - s * ay, s * ax + c * ay
-        cosine = facing(nx, ny, bx, by)
-        if cosine <= 0.0:
-            continue
+        w = weight * _pair_weight(distance / gate, facing(nx, ny, bx, by))
         px, py = source[0][index, 0], source[0][index, 1]
         x = answer[0, 0] * px + answer[0, 1] * py + answer[0, 2]
         y = answer[1, 0] * px + answer[1, 1] * py + answer[1, 2]
-        w = weight * (1.0 - (distance / gate) ** 2) ** 2 * cosine
-        _add(x - centre[0], y - centre[1], qx - x, qy - y, nx, ny, w, line_share, equations)
-        pairs += 1
+        pairs += _add(x - centre[0], y - centre[1], qx - x, qy - y, nx, ny, w, line_share, equations)
     return pairs
+
+
+@njit(cache=True)
+def _pair_weight(reach: float, cosine: float) -> float:
+    """Of two points ``reach`` gates apart: Tukey's biweight, by how alike they face; 0 where they face apart."""
+    return float((1.0 - reach**2) ** 2 * max(cosine, 0.0))
 
 
 @njit(cache=True)
@@ -206,7 +204,10 @@ def _add(
     weight: float,
     line_share: float,
     equations: Equations,
-) -> None:
+) -> int:
+    """Add one pair; how many were added: none where the weight is 0."""
+    if weight <= 0.0:
+        return 0
     # d moved / d (x, y, yaw, log scale): columns (1, 0), (0, 1), (-arm_y, arm_x), (arm_x, arm_y)
     dx, dy = (1.0, 0.0, -arm_y, arm_x), (0.0, 1.0, arm_x, arm_y)
     normal_error = nx * error_x + ny * error_y
@@ -217,3 +218,4 @@ def _add(
             line_j = nx * dx[j] + ny * dy[j]
             equations[i, j] += on_line * line_i * line_j + in_plane * (dx[i] * dx[j] + dy[i] * dy[j])
         equations[i, 4] += on_line * line_i * normal_error + in_plane * (dx[i] * error_x + dy[i] * error_y)
+    return 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,11 +12,14 @@ from mapping.atomic import folder_aside
 from mapping.seeds import Role, stream
 from mapquilt.benchmark.calibration import Calibration, calibration
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
+from mapquilt.benchmark.files import calibration_record
 from mapquilt.benchmark.fitting import fit_decision, judged_again
+from mapquilt.benchmark.folder import RELIABILITY_PICTURE
 from mapquilt.benchmark.reliability import reliability_figure
 from mapquilt.benchmark.run import run_benchmark
 from mapquilt.benchmark.selection import even_sample
 from mapquilt.benchmark.trial import Trial
+from mapquilt.json_file import write_record
 from mapquilt.png import figure_png
 from mapquilt.progress import count_progress
 from mapquilt.run_folder import refuse_foreign
@@ -25,8 +27,8 @@ from mapquilt.tables import print_table
 from merge.decision import DecisionSettings
 from merge.settings import MergeSettings
 
+SCHEMA = "mapquilt-calibration/1"
 CALIBRATION_FILE = "calibration.json"
-RELIABILITY_PICTURE = "reliability.png"
 
 
 def calibrate(
@@ -51,8 +53,7 @@ def calibrate(
     if checked is None:
         raise ValueError(f"{dataset}: split {check} holds no pair that is not bent")
     with folder_aside(out) as folder:
-        record = json.dumps(_record(method, fitted, checked), indent=2, allow_nan=False)
-        (folder / CALIBRATION_FILE).write_text(record + "\n", encoding="utf-8")
+        write_record(folder / CALIBRATION_FILE, "calibration", decision_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
     print_table(f"agreement {fitted.agreement:.2f}, lead {fitted.lead:.2f}, threshold {fitted.threshold:.2f}")
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
@@ -71,16 +72,6 @@ def _trials(dataset: Path, split: str, method: str, limit: int | None, seed: int
         return run_benchmark(pairs, (MergeSettings(method),), seed, workers, on_progress)
 
 
-def _record(method: str, fitted: DecisionSettings, checked: Calibration) -> dict[str, Any]:
-    return {
-        "schema": "mapquilt-calibration/1",
-        "method": method,
-        "decision": dataclasses.asdict(fitted),
-        "check": {
-            "pairs": checked.pairs,
-            "expected_calibration_error": checked.ece,
-            "brier": checked.brier,
-            "base_brier": checked.base_brier,
-            "auc": checked.auc,
-        },
-    }
+def decision_record(fitted: DecisionSettings, checked: Calibration) -> dict[str, Any]:
+    """What calibration.json holds; schema ``calibration``."""
+    return {"schema": SCHEMA, "decision": dataclasses.asdict(fitted), "check": calibration_record(checked)}

@@ -101,11 +101,12 @@ def summary_record(report: Report) -> dict[str, Any]:
         "seed": report.seed,
         "sets": sorted({trial.pair.suite for trial in report.trials}),
         "strata": [dataclasses.asdict(tally) for tally in report.tallies],
-        "calibration": [_calibration_record(found) for found in report.calibrations],
+        "calibration": [calibration_record(found) for found in report.calibrations],
     }
 
 
-def _calibration_record(found: Calibration) -> dict[str, Any]:
+def calibration_record(found: Calibration) -> dict[str, Any]:
+    """Of one method, as summary.json and calibration.json hold it."""
     return dataclasses.asdict(found) | {"bins": [dataclasses.asdict(one) for one in found.bins]}
 
 

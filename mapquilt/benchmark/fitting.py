@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from mapquilt.benchmark.strata import OVERLAPS, overlap_class
 from mapquilt.benchmark.trial import Answer, Trial
 from merge.decision import DecisionSettings, decide, lead_of
+from merge.result import Evidence
 
 RIDGE = 1e-3
 LEAST_OVERLAP = OVERLAPS[1][0]
@@ -24,12 +26,12 @@ def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSett
 
     Raises ``ValueError`` where right and wrong answers are not both there.
     """
-    judged = [(trial, trial.answers[0]) for trial in trials if not trial.bent and _open(trial.answers[0], start)]
-    right = np.array([answer.right for _, answer in judged])
+    judged = [(trial, evidence) for trial in trials for evidence in _open(trial, start)]
+    right = np.array([trial.answers[0].right for trial, _ in judged])
     if right.all() or not right.any():
         raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
     weights = _weights([_group(trial) for trial, _ in judged])
-    features = np.array([_features(answer, start) for _, answer in judged])
+    features = np.array([_features(evidence, start) for _, evidence in judged])
     agreement, lead, offset = _logistic(features, right, weights)
     return dataclasses.replace(start, agreement=max(0.0, agreement), lead=max(0.0, lead), threshold=max(0.0, -offset))
 
@@ -51,17 +53,17 @@ def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
     )
 
 
-def _open(answer: Answer, settings: DecisionSettings) -> bool:
-    """Whether the fitted rule decides, and not one of the others."""
-    if answer.evidence is None:
-        return False
+def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
+    """The evidence where the fitted rule decides, and not one of the others; nothing elsewhere."""
+    evidence = trial.answers[0].evidence
+    if trial.bent or evidence is None:
+        return []
     even = dataclasses.replace(settings, agreement=0.0, lead=0.0, threshold=0.0, min_confidence=0.5)
-    return decide(answer.evidence, even).accepted
+    return [evidence] if decide(evidence, even).accepted else []
 
 
-def _features(answer: Answer, settings: DecisionSettings) -> tuple[float, float]:
-    assert answer.evidence is not None  # _open
-    return answer.evidence.agreement, min(lead_of(answer.evidence), settings.enough_lead)
+def _features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
+    return evidence.agreement, min(lead_of(evidence), settings.enough_lead)
 
 
 def _group(trial: Trial) -> str:
@@ -84,7 +86,7 @@ def _logistic(
 
     def loss(constants: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         odds = inputs @ constants
-        chance = 1.0 / (1.0 + np.exp(-odds))
+        chance = expit(odds)
         value = float((weights * (np.logaddexp(0.0, odds) - right * odds)).sum() + RIDGE * (constants**2).sum())
         return value, inputs.T @ (weights * (chance - right)) + 2.0 * RIDGE * constants
 

@@ -61,7 +61,7 @@ def test_what_is_no_finite_number_is_no_json(tmp_path: Path, constant: bytes) ->
     "text", [b"x: .inf", b"x: 2001-99-99", b"a: &a [1]\nb: *a", b"{? {} : 1}", b"x: !!python/name:os.system"]
 )
 def test_what_yaml_adds_is_refused_too(tmp_path: Path, text: bytes) -> None:
-    refusal(tmp_path / "bad.yaml", text)
+    assert refusal(tmp_path / "bad.yaml", text)
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

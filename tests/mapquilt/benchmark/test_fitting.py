@@ -7,9 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mapquilt.benchmark.calibrate import decision_record
+from mapquilt.benchmark.calibration import calibration
 from mapquilt.benchmark.fitting import fit_decision, judged_again
 from mapquilt.benchmark.trial import Trial
 from mapquilt.cli import run
+from mapquilt.json_file import read_record, write_record
 from merge.decision import DecisionSettings, decide
 from merge.result import Evidence
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
@@ -66,6 +69,15 @@ def test_judging_again_moves_the_verdict_and_nothing_else():
         assert new.pair == old.pair and new.answers[0].error == old.answers[0].error
         assert new.answers[0].confidence == decide(old.answers[0].evidence, strict).confidence
         assert new.answers[0].accepted == (new.answers[0].confidence >= 0.999)
+
+
+def test_the_record_fits_its_schema_and_bears_the_constants(tmp_path):
+    trials = drawn(200)
+    fitted = fit_decision(trials)
+    write_record(tmp_path / "c.json", "calibration", decision_record(fitted, calibration(trials, 0)))
+    read = read_record(tmp_path / "c.json", "calibration")
+    assert DecisionSettings(**read["decision"]) == fitted
+    assert read["check"]["pairs"] == 200
 
 
 def test_checking_on_what_was_fitted_is_refused(tmp_path, capsys):
