@@ -42,6 +42,7 @@ from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
+from merge.decision import MIN_CONFIDENCE, DecisionSettings
 from merge.merger import merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.settings import MergeSettings
@@ -213,6 +214,12 @@ def merge(
             help=f"Take the method's own answer and verdict, not the common judge's: {', '.join(PUBLISHED)}.",
         ),
     ] = False,
+    min_confidence: Annotated[
+        float | None, typer.Option(help=f"Pairs that are less sure are refused. [default: {MIN_CONFIDENCE}]")
+    ] = None,
+    alternatives: Annotated[
+        bool, typer.Option("--alternatives", help="List the best other places that were found for each pair, too.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[
         Path | None,
@@ -222,7 +229,7 @@ def merge(
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
     """Find the transforms between maps, and merge them into one."""
-    settings = MergeSettings(method, searched_scales(scale), as_published)
+    settings = MergeSettings(method, searched_scales(scale), as_published, _decision(min_confidence, as_published))
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
@@ -243,7 +250,7 @@ def merge(
     if as_json:
         typer.echo(json.dumps(merge_record(loaded, settings, seed, result), allow_nan=False))
     else:
-        print_table(merge_table(loaded, result))
+        print_table(merge_table(loaded, result, alternatives))
     for name, reason in result.left_out.items():
         typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
     return SOME_REFUSED if result.left_out else ALL_MERGED
@@ -292,6 +299,14 @@ def lidars() -> int:
     """List the lidars that robots can carry, their noise, and who says so."""
     print_table(lidar_table())
     return ALL_MERGED
+
+
+def _decision(min_confidence: float | None, as_published: bool) -> DecisionSettings:
+    if min_confidence is None:
+        return DecisionSettings()
+    if as_published:
+        raise ValueError(f"--min-confidence {min_confidence:g}: with --as-published the method's own rule decides")
+    return DecisionSettings(min_confidence=min_confidence)
 
 
 def _maps(number: int) -> str:

@@ -24,6 +24,7 @@ def merge_record(maps: MapSet, settings: MergeSettings, seed: int, result: Merge
         "method": settings.title,
         "scale": _scale_text(settings.scale or ScaleRange.automatic(maps)),
         "seed": seed,
+        "min_confidence": settings.decision.min_confidence,
         "confidence_calibrated": result.confidence_calibrated,
         "reference": result.reference,
         "maps": [_map_record(maps, index, result) for index in range(len(maps))],
@@ -59,7 +60,12 @@ def _pair_record(pair: PairResult) -> dict[str, Any]:
         "target_from_source": None if transform is None else similarity_record(transform),
         "unit": pair.unit,
         "target_from_source_pixels": None if pixels is None else pixels.tolist(),
+        "covariance": None if pair.covariance is None else pair.covariance.tolist(),
         "evidence": None if pair.evidence is None else dataclasses.asdict(pair.evidence),
+        "alternatives": [
+            {"target_from_source": similarity_record(other.target_from_source), "agreement": other.agreement}
+            for other in pair.alternatives
+        ],
     }
 
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+from numpy.typing import NDArray
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from mapping.map_set import MapSet, Unit
+from mapping.similarity2 import Similarity2
 from mapquilt.run_score import PairScore, RunScore
 from merge.result import MergeResult, PairResult
 
@@ -33,13 +38,19 @@ def _verdict(accepted: bool, reason: str | None) -> str:
     return "accepted" if accepted else f"refused: {reason}"
 
 
-def merge_table(maps: MapSet, result: MergeResult) -> Table:
-    """Each pair's verdict, confidence and transform; a scale from cells to metres, or back, names both."""
+def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -> Table:
+    """Each pair's verdict, confidence and transform, with one standard deviation; a scale from cells to metres, or
+    back, names both. ``alternatives`` adds a row for each other place that was found."""
     table = plain_table(
         ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
     )
     for pair in result.pairs:
-        table.add_row(*_merge_row(pair, maps.units[maps.names.index(pair.source)]))
+        source_unit = maps.units[maps.names.index(pair.source)]
+        head = (f"{pair.target} <- {pair.source}", _verdict(pair.accepted, pair.reason), f"{pair.confidence:.2f}")
+        table.add_row(*head, *_place(pair, source_unit, pair.target_from_source, pair.covariance))
+        for other in pair.alternatives if alternatives else ():
+            place = _place(pair, source_unit, other.target_from_source, None)
+            table.add_row("", f"or elsewhere: walls agree {other.agreement:.2f}{_against(pair)}", "", *place)
     merged = len(result.reference_from_map)
     table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
     if not result.confidence_calibrated:
@@ -47,15 +58,29 @@ def merge_table(maps: MapSet, result: MergeResult) -> Table:
     return table
 
 
-def _merge_row(pair: PairResult, source_unit: Unit) -> tuple[str, ...]:
-    transform = pair.target_from_source
-    verdict = _verdict(pair.accepted, pair.reason)
-    head = (f"{pair.target} <- {pair.source}", verdict, f"{pair.confidence:.2f}")
+def _against(pair: PairResult) -> str:
+    return "" if pair.evidence is None else f", not {pair.evidence.agreement:.2f}"
+
+
+def _place(
+    pair: PairResult, source_unit: Unit, transform: Similarity2 | None, covariance: NDArray[np.float64] | None
+) -> tuple[str, str, str]:
     if transform is None:
-        return (*head, "-", "-", "-")
-    yaw = f"{transform.yaw * 57.29577951308232:.2f} deg"
+        return "-", "-", "-"
+    x, y, yaw, scale = _deviations(covariance)
     mixed = "" if pair.unit == source_unit else f" {pair.unit}/{source_unit}"
-    return (*head, yaw, f"{transform.scale:.4f}{mixed}", f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}")
+    return (
+        f"{math.degrees(transform.yaw):.2f}{yaw} deg",
+        f"{transform.scale:.4f}{scale}{mixed}",
+        f"{transform.x:.2f}{x}, {transform.y:.2f}{y} {pair.unit}",
+    )
+
+
+def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, str]:
+    if covariance is None:
+        return "", "", "", ""
+    x, y, yaw, scale = np.sqrt(np.diag(covariance)).tolist()
+    return f" ± {x:.2f}", f" ± {y:.2f}", f" ± {math.degrees(yaw):.2f}", f" ± {scale:.4f}" if scale > 0.0 else ""
 
 
 def score_table(score: RunScore) -> Table:

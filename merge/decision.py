@@ -16,6 +16,8 @@ CONTRADICTION = "walls contradict free space"
 RIVAL = "two answers equally good"
 
 
+MIN_CONFIDENCE = 0.7
+
 MISSING = 2.0
 """Log-odds against an answer that lacks what must be there."""
 
@@ -46,14 +48,14 @@ class DecisionSettings:
     min_overlap: float = 0.1
     min_agreement: float = 0.3
     min_margin: float = 0.1
-    min_confidence: float = 0.7
+    min_confidence: float = MIN_CONFIDENCE
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not 0.0 <= value < math.inf:
+            if name != "min_confidence" and not 0.0 <= value < math.inf:
                 raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
-        if self.min_confidence > 1.0:
-            raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must be at most 1")
+        if not 0.0 <= self.min_confidence <= 1.0:
+            raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,17 @@ def nearest_point(below: Surface, x: float, y: float, nx: float, ny: float) -> t
 
 
 @njit(cache=True)
+def nearest_points(
+    below: Surface, points: NDArray[np.float64], normals: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """:func:`nearest_point` of many points (N, 2) with their normals (N, 2): indices (N,) and distances (N,)."""
+    indices, distances = np.empty(len(points), np.intp), np.empty(len(points))
+    for k in range(len(points)):
+        indices[k], distances[k] = nearest_point(below, points[k, 0], points[k, 1], normals[k, 0], normals[k, 1])
+    return indices, distances
+
+
+@njit(cache=True)
 def depth_at(below: Surface, x: float, y: float) -> float:
     """How deep in free space (x, y) lies [cells]; 0 where it is not free."""
     depth, margin = below[3], below[4]

@@ -24,7 +24,7 @@ from merge.methods import PROPOSERS, PUBLISHED
 from merge.pair import PairAnswer, Sheet, merge_pair
 from merge.proposer import Proposer
 from merge.published import Published
-from merge.result import MergeResult, PairResult
+from merge.result import Alternative, MergeResult, PairResult
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
 
@@ -107,9 +107,7 @@ def _answer(target: Sheet, source: Sheet, scale: ScaleRange, settings: MergeSett
     rng = stream(seed, Role.MERGE)
     if _order(target.chart.grid) <= _order(source.chart.grid):
         return _judged(target, source, scale, settings, rng)
-    swapped = _judged(source, target, scale.inverse(), settings, rng)
-    found = swapped.target_from_source
-    return PairAnswer(None if found is None else found.inverse(), swapped.evidence, swapped.decision)
+    return _judged(source, target, scale.inverse(), settings, rng).inverse()
 
 
 def _judged(
@@ -117,7 +115,7 @@ def _judged(
 ) -> PairAnswer:
     if settings.as_published:
         return PUBLISHED[settings.method].published(target.descriptions[0], source.descriptions[0], scale, rng)
-    return merge_pair(target, source, scale, PROPOSERS[settings.method], rng)
+    return merge_pair(target, source, scale, PROPOSERS[settings.method], rng, settings.decision)
 
 
 def _order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
@@ -125,11 +123,19 @@ def _order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
 
 
 def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer, sheets: Sequence[Sheet]) -> PairResult:
-    metric, pixels = None, None
-    if answer.target_from_source is not None:
-        frames = maps.grids[target].frame, maps.grids[source].frame
-        pixels = _pixels(sheets[target], answer.target_from_source, sheets[source], frames)
-        metric = similarity_from_pixels(frames[0], pixels, frames[1])
+    frames = maps.grids[target].frame, maps.grids[source].frame
+
+    def in_pixels(cells: Similarity2) -> NDArray[np.float64]:
+        return _pixels(sheets[target], cells, sheets[source], frames)
+
+    def in_metres(cells: Similarity2) -> Similarity2:
+        return similarity_from_pixels(frames[0], in_pixels(cells), frames[1])
+
+    found, metric, covariance = answer.target_from_source, None, None
+    if found is not None:
+        metric = in_metres(found)
+        if answer.uncertainty is not None:
+            covariance = answer.uncertainty.of_parameters(_metres_from_cells(frames[0], sheets[target]), metric)
     return PairResult(
         target=maps.names[target],
         source=maps.names[source],
@@ -137,10 +143,19 @@ def _pair_result(maps: MapSet, target: int, source: int, answer: PairAnswer, she
         confidence=answer.decision.confidence,
         reason=answer.decision.reason,
         target_from_source=metric,
-        target_from_source_pixels=pixels,
+        target_from_source_pixels=None if found is None else in_pixels(found),
         unit=maps.units[target],
         evidence=answer.evidence,
+        covariance=covariance,
+        alternatives=tuple(
+            Alternative(in_metres(other.target_from_source), other.agreement) for other in answer.alternatives
+        ),
     )
+
+
+def _metres_from_cells(frame: GridFrame, sheet: Sheet) -> Similarity2:
+    corner = Similarity2.from_se2(sheet.chart.grid.frame.origin, _width(sheet))
+    return Similarity2.from_se2(frame.origin, frame.resolution) @ corner
 
 
 def _pixels(

@@ -12,17 +12,21 @@ from mapping.similarity2 import Similarity2
 from merge.candidates import Candidate, candidates, distinct, is_rival, settled, sharpest
 from merge.cells import compare_cells
 from merge.chart import Chart
-from merge.decision import BARE, Decision, decide
+from merge.decision import BARE, Decision, DecisionSettings, decide
 from merge.proposer import Proposer
 from merge.result import Evidence
 from merge.rivals import rival_proposals
 from merge.scale_range import ScaleRange
+from merge.uncertainty import Uncertainty, uncertainty
 
 NOTHING_PROPOSED = "nothing was proposed"
 MIN_SURFACE_POINTS = 20
 RIVALS = 8
 SURE = 0.97
 """An answer of this confidence needs no further proposals."""
+
+ALTERNATIVES = 3
+"""So many other places are told."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,16 +38,45 @@ class Sheet:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """Another place for the source, cells to cells, and how well the walls agree there (:class:`Evidence`)."""
+
+    target_from_source: Similarity2
+    agreement: float
+
+
+@dataclass(frozen=True)
 class PairAnswer:
-    """The best candidate, cells to cells, with its evidence, and the decision. None where nothing was proposed."""
+    """The best candidate, cells to cells, with its evidence, and the decision. None where nothing was proposed, the
+    uncertainty also where a method answered as published. ``alternatives`` lie elsewhere, the best of them first."""
 
     target_from_source: Similarity2 | None
     evidence: Evidence | None
     decision: Decision
+    uncertainty: Uncertainty | None = None
+    alternatives: tuple[Alternative, ...] = ()
+
+    def inverse(self) -> PairAnswer:
+        """The answer for the pair the other way round."""
+        answer = self.target_from_source
+        if answer is None:
+            return self
+        return PairAnswer(
+            answer.inverse(),
+            self.evidence,
+            self.decision,
+            None if self.uncertainty is None else self.uncertainty.inverse(answer),
+            tuple(Alternative(other.target_from_source.inverse(), other.agreement) for other in self.alternatives),
+        )
 
 
 def merge_pair(
-    target: Sheet, source: Sheet, scale: ScaleRange, proposers: Sequence[Proposer[Any]], rng: np.random.Generator
+    target: Sheet,
+    source: Sheet,
+    scale: ScaleRange,
+    proposers: Sequence[Proposer[Any]],
+    rng: np.random.Generator,
+    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
 ) -> PairAnswer:
     """Propose, verify, refine, decide; the next proposer is asked only where no answer is sure yet.
 
@@ -59,18 +92,31 @@ def merge_pair(
         if not found:
             continue
         found = _with_rivals(target.chart, source.chart, distinct(target.chart, source.chart, found), scale)
-        answer = _best(target.chart, source.chart, found, scale)
+        answer = _best(target.chart, source.chart, found, scale, settings)
         if answer.decision.accepted and answer.decision.confidence >= SURE:
             break
     return answer
 
 
-def _best(target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange) -> PairAnswer:
+def _best(
+    target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange, settings: DecisionSettings
+) -> PairAnswer:
     level = sharpest(found)
     best = settled(target, source, found[0], scale, level)
-    rivals = [other.laid[level].agreement for other in found if is_rival(target, source, best, other)]
-    evidence = _evidence(target, source, best, level, max(rivals, default=0.0))
-    return PairAnswer(best.target_from_source, evidence, decide(evidence))
+    rivals = [
+        Alternative(other.target_from_source, other.laid[level].agreement)
+        for other in found
+        if is_rival(target, source, best, other)
+    ]
+    rivals.sort(key=lambda rival: -rival.agreement)
+    evidence = _evidence(target, source, best, level, rivals[0].agreement if rivals else 0.0)
+    return PairAnswer(
+        best.target_from_source,
+        evidence,
+        decide(evidence, settings),
+        uncertainty(target, source, best.target_from_source, scale),
+        tuple(rivals[:ALTERNATIVES]),
+    )
 
 
 def _with_rivals(target: Chart, source: Chart, found: list[Candidate], scale: ScaleRange) -> list[Candidate]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
-from merge.laying import add_equations, nearest_point
+from merge.laying import add_equations, nearest_points
 from merge.refinement import LINE_SHARE
 from merge.scale_range import ScaleRange
 from merge.shortlist import smaller_diagonal
@@ -104,7 +104,5 @@ def _near(
     target: Chart, source: Chart, local: Similarity2, members: NDArray[np.intp], gate: float
 ) -> NDArray[np.bool_]:
     points, normals = local.apply(source.points[members]), Similarity2(yaw=local.yaw).apply(source.normals[members])
-    distances = [
-        nearest_point(target.surface, *p, *n)[1] for p, n in zip(points.tolist(), normals.tolist(), strict=True)
-    ]
-    return np.array(distances) <= gate
+    _, distances = nearest_points(target.surface, points, normals)
+    return np.asarray(distances <= gate)

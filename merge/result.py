@@ -49,6 +49,15 @@ class Evidence:
     votes: int
 
 
+@dataclass(frozen=True)
+class Alternative:
+    """Another place where the source might lie, in the words of :class:`PairResult`, and how well the walls agree there
+    (:attr:`Evidence.agreement`)."""
+
+    target_from_source: Similarity2
+    agreement: float
+
+
 @dataclass(frozen=True, eq=False)
 class PairResult:
     """The answer for one pair, ``target`` being the earlier map.
@@ -69,8 +78,12 @@ class PairResult:
     target_from_source_pixels: NDArray[np.float64] | None
     unit: Unit
     evidence: Evidence | None
+    covariance: NDArray[np.float64] | None = None
+    alternatives: tuple[Alternative, ...] = ()
 
     def __post_init__(self) -> None:
+        if self.covariance is not None:
+            object.__setattr__(self, "covariance", frozen_array(self.covariance, np.float64))
         if self.target_from_source_pixels is not None:
             pixels = frozen_array(self.target_from_source_pixels, np.float64)
             object.__setattr__(self, "target_from_source_pixels", pixels)

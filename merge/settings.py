@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from merge.decision import DecisionSettings
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.scale_range import ScaleRange
 
@@ -11,7 +12,8 @@ from merge.scale_range import ScaleRange
 @dataclass(frozen=True)
 class MergeSettings:
     """``method`` names the proposer; ``scale`` bounds the answers, or is None to let the maps decide; ``as_published``
-    takes the method's own answer and its own rule of acceptance in place of the common judge.
+    takes the method's own answer and its own rule of acceptance in place of the common judge; ``decision`` is how sure
+    that judge must be.
 
     Raises ``ValueError`` naming an unknown method, or one that has no answer of its own.
     """
@@ -19,6 +21,7 @@ class MergeSettings:
     method: str = "quilt"
     scale: ScaleRange | None = None
     as_published: bool = False
+    decision: DecisionSettings = field(default_factory=DecisionSettings)
 
     def __post_init__(self) -> None:
         if self.method not in PROPOSERS:

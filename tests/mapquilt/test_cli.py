@@ -1,6 +1,7 @@
 """The command line: one clear line for bad input, exit statuses, JSON, and nothing half-written."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -177,7 +178,7 @@ def test_the_table_says_what_a_scale_is_of(capsys, two_maps, tmp_path):
     rows = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
     assert "1.0000 " in rows["a <- b"]
     assert "m/cell" not in rows["a <- b"]
-    assert "0.0500 m/cell" in rows["a <- plain"]
+    assert re.search(r"0\.0500 ± \S+ m/cell", rows["a <- plain"])
 
 
 @pytest.mark.parametrize("scale", ["2:0.5", "0:1", "nan:1", "1:inf", "wide", "1", "0.001:0.001", "1e-300:1", "1_0:2_0"])
@@ -266,6 +267,25 @@ def test_json_is_all_that_is_printed_and_is_the_record_on_disk(capsys, two_maps,
     assert (pair["target"], pair["source"], pair["unit"]) == ("a", "b", "m")
     answer = pair["target_from_source"]
     assert (answer["x"], answer["y"], answer["yaw"]) == pytest.approx((0, 0, 0), abs=0.01)
+
+
+def test_other_places_are_listed_when_asked_for(capsys, merged_run, tmp_path):
+    maps = [merged_run / robot / "map.yaml" for robot in ("robot_0", "robot_1")]
+    command("merge", *maps, "--scale", "free", "--out", tmp_path / "merged")
+    assert "elsewhere" not in capsys.readouterr().out
+    command("merge", *maps, "--scale", "free", "--alternatives")
+    (pair,) = json.loads((tmp_path / "merged/merge.json").read_text())["pairs"]
+    assert capsys.readouterr().out.count("elsewhere") == len(pair["alternatives"]) > 0
+
+
+@pytest.mark.parametrize("value", ["1.5", "-0.1", "nan"])
+def test_a_least_confidence_is_a_probability(capsys, two_maps, value):
+    assert "--min-confidence" in refused(capsys, "merge", *two_maps, "--min-confidence", value)
+
+
+def test_a_method_as_published_decides_by_itself(capsys, two_maps):
+    told = refused(capsys, "merge", *two_maps, "--method", "orb", "--as-published", "--min-confidence", 0.9)
+    assert "--min-confidence 0.9" in told
 
 
 def test_names_are_printed_and_drawn_as_they_are(capsys, two_maps, tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
-from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL
+from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
 from merge.pair import NOTHING_PROPOSED
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
@@ -274,6 +274,27 @@ def test_a_hall_that_looks_the_same_turned_by_half_is_refused_and_says_so(scale)
     pair = quilted(maps, MergeSettings("quilt", scale=scale)).pairs[0]
     assert (pair.accepted, pair.reason) == (False, RIVAL)
     assert pair.evidence.agreement > 0.8  # nothing else would have refused it
+
+
+def test_a_hall_turned_by_half_is_listed_beside_the_hall_as_it_stands():
+    maps, truth = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
+    pair = quilted(maps).pairs[0]
+    places = [pair.target_from_source, *(other.target_from_source for other in pair.alternatives)]
+    off = [off_cells(place, truth, maps.grids[1]) for place in places]
+    turned = [math.degrees(abs(math.remainder(place.yaw - truth.yaw, math.tau))) for place in places]
+    assert min(off) < 2.0
+    assert max(turned[:2]) > 175.0
+    agreements = [other.agreement for other in pair.alternatives]
+    assert agreements == sorted(agreements, reverse=True)
+    assert pair.evidence.rival_agreement == agreements[0]
+
+
+def test_the_least_confidence_is_what_decides(known):
+    maps, _, result = known
+    sure = result.pairs[0].confidence
+    for least, accepted in ((sure, True), (math.nextafter(sure, 1.0), sure == 1.0)):
+        decision = DecisionSettings(min_confidence=least)
+        assert quilted(maps, MergeSettings("quilt", decision=decision)).pairs[0].accepted is accepted
 
 
 def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():
