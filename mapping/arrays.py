@@ -15,3 +15,9 @@ def frozen_array(values: ArrayLike, dtype: Any) -> NDArray[Any]:
     copy = np.array(values, dtype=dtype)
     copy.flags.writeable = False
     return copy
+
+
+def sealed(array: NDArray[Any]) -> NDArray[Any]:
+    """The array itself, made read-only: for one that was just made and that nobody else holds."""
+    array.flags.writeable = False
+    return array

@@ -11,6 +11,7 @@ from merge.chart import Chart
 from merge.patches import fit_patches
 from merge.proposer import Proposal
 from merge.refinement import RefinementSettings, climb, refine
+from merge.rivals import rival_proposals
 from merge.scale_range import ScaleRange
 from merge.shortlist import apart, merged, smaller_diagonal
 from merge.walls import TOLERANCE_SHARES, Walls, compare_walls_sharply
@@ -18,7 +19,8 @@ from merge.walls import TOLERANCE_SHARES, Walls, compare_walls_sharply
 GLANCE_POINTS = 400
 CAREFUL_POINTS = 4000
 SHORT_LIST = 16
-FINALISTS = 4
+RIVALS = 8
+RIVAL_FINALISTS = 3
 QUICK = RefinementSettings(most_points=500, last_steps=3)
 RIVAL_DISTANCE_SHARE = 0.06
 """Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""
@@ -51,25 +53,31 @@ class Candidate:
         return self.laid[0]
 
 
-def candidates(
-    target: Chart,
-    source: Chart,
-    proposals: Sequence[Proposal],
-    scale: ScaleRange,
-    most: int = SHORT_LIST,
-    finalists: int = FINALISTS,
-) -> list[Candidate]:
-    """Distinct refined answers, the one whose walls agree best first.
+def candidates(target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange) -> list[Candidate]:
+    """Distinct answers, refined quickly, the one whose walls agree best first.
 
-    Proposals that say the same are counted and merged, those that look best at a glance refined quickly, and the best
-    of what they end in refined with care.
+    Proposals that say the same are counted and merged, and those that look best at a glance refined.
     """
+    return _short_list(target, source, proposals, scale, SHORT_LIST)
+
+
+def finished(target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange) -> list[Candidate]:
+    """Those candidates refined with care, the one whose walls agree best first."""
+    return distinct(target, source, [_polished(target, source, candidate, scale) for candidate in found])
+
+
+def rivals(target: Chart, source: Chart, answer: Similarity2, scale: ScaleRange) -> list[Candidate]:
+    """The best other places at the answer's own scale, refined with care."""
+    proposals = rival_proposals(target, source, answer)
+    return finished(target, source, _short_list(target, source, proposals, scale, RIVALS)[:RIVAL_FINALISTS], scale)
+
+
+def _short_list(
+    target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange, most: int
+) -> list[Candidate]:
     rough = [_measured(target, source, p, GLANCE_POINTS) for p in merged(target, source, proposals)]
     short_list = sorted(rough, key=lambda candidate: -candidate.walls.agreement)[:most]
-    quick = [_refined(target, source, candidate, scale, QUICK) for candidate in short_list]
-    best = distinct(target, source, quick)[:finalists]
-    careful = [_polished(target, source, candidate, scale) for candidate in best]
-    return distinct(target, source, careful)
+    return distinct(target, source, [_refined(target, source, c, scale, QUICK) for c in short_list])
 
 
 def sharpest(found: Sequence[Candidate]) -> int:

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from mapping.arrays import frozen_array
+from mapping.arrays import frozen_array, sealed
 from mapping.grid import OccupancyGrid
 from merge.layers import Layers
 from merge.laying import Surface
@@ -50,11 +51,11 @@ class Chart:
 
     @cached_property
     def nearest(self) -> NDArray[np.int32]:
-        return frozen_array(_nearest(self.grid.frame.shape, *self._cells, self.normals, self.margin), np.int32)
+        return sealed(_nearest(self.grid.frame.shape, *self._cells, self.normals, self.margin))
 
     @cached_property
     def depth(self) -> NDArray[np.float32]:
-        return frozen_array(np.pad(_depth(self.grid), self.margin), np.float32)
+        return sealed(np.pad(_depth(self.grid), self.margin))
 
     @cached_property
     def margin(self) -> int:
@@ -109,25 +110,32 @@ def _nearest(
     normals: NDArray[np.float64],
     margin: int,
 ) -> NDArray[np.int32]:
-    nearest = np.full((4, shape[0] + 2 * margin, shape[1] + 2 * margin), -1, dtype=np.int32)
+    nearest = np.empty((4, shape[0] + 2 * margin, shape[1] + 2 * margin), dtype=np.int32)
     every_way = ~normals.any(axis=1)
     for k, axis in enumerate(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))):
         members = np.flatnonzero(every_way | (normals @ axis > SECTOR_COSINE))
         if members.size:
-            nearest[k] = _labels(nearest.shape[1:], rows[members] + margin, cols[members] + margin, members)
+            _label(nearest[k], rows[members] + margin, cols[members] + margin, members)
+        else:
+            nearest[k] = -1
     return nearest
 
 
-def _labels(
-    shape: tuple[int, ...], rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]
-) -> NDArray[np.int32]:
-    elsewhere = np.ones(shape, dtype=np.uint8)
+def _label(nearest: NDArray[np.int32], rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
+    """Write into every cell (rows, cols) the index of the point that lies nearest."""
+    elsewhere = np.ones(nearest.shape, dtype=np.uint8)
     elsewhere[rows, cols] = 0
     _, labels = cv2.distanceTransformWithLabels(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
-    index_of_label = np.full(int(labels.max()) + 1, -1, dtype=np.int32)
+    index_of_label = np.full(int(labels[rows, cols].max()) + 1, -1, dtype=np.int32)
     index_of_label[labels[rows, cols]] = index
-    found: NDArray[np.int32] = index_of_label[labels]
-    return found
+    _look_up(index_of_label, np.asarray(labels, np.int32), nearest)
+
+
+@njit(cache=True)
+def _look_up(table: NDArray[np.int32], places: NDArray[np.int32], out: NDArray[np.int32]) -> None:
+    for row in range(out.shape[0]):
+        for col in range(out.shape[1]):
+            out[row, col] = table[places[row, col]]
 
 
 def _depth(grid: OccupancyGrid) -> NDArray[np.float32]:

@@ -25,6 +25,9 @@ BESIDE_SHARE = 0.4
 
 BLOCK = 8
 
+SAME_YAW = 1e-9
+"""Radians that rounding makes."""
+
 Spectrum = NDArray[np.complex64]
 
 
@@ -56,20 +59,44 @@ def correlate(
     with_free = FACING_WEIGHT * free * a_free
     with_deep = -CONTRADICTION_WEIGHT * walls * a_wall
     with_wall = WALL_WEIGHT * _blur(shape) * a_wall - CONTRADICTION_WEIGHT * walls * a_deep
+    there, here = target.middle.tolist(), source.middle.tolist()
     peaks = []
-    for yaw in yaws:
-        b_free, b_deep, b_wall = _spectra(source, yaw, cell / scale, shape)
-        surface = fft.irfft2(b_free.conj() * with_free + b_deep.conj() * with_deep + b_wall.conj() * with_wall, s=shape)
+    for axis, sides in _axes(yaws).items():
+        b_free, b_deep, b_wall = _spectra(source, axis, cell / scale, shape)
         length = math.sqrt(max(1.0, a_wall[0, 0].real) * max(1.0, b_wall[0, 0].real))
-        for row, col, value in _highest(surface.astype(np.float32), most):
-            found = _similarity(target, source, scale, yaw, cell * _unwrapped(row, col, shape))
-            peaks.append(Peak(found, float(value) / length))
+        for yaw, turned in sides:
+            if turned:
+                spectrum = b_free * with_free + b_deep * with_deep + b_wall * with_wall
+            else:
+                spectrum = b_free.conj() * with_free + b_deep.conj() * with_deep + b_wall.conj() * with_wall
+            for row, col, value in _highest(fft.irfft2(spectrum, s=shape).astype(np.float32), most):
+                x, y = _unwrapped((row + turned) % shape[0], (col + turned) % shape[1], shape)
+                found = _similarity(there, here, scale, yaw, (cell * x, cell * y))
+                peaks.append(Peak(found, value / length))
     return peaks
 
 
-def _similarity(target: Layers, source: Layers, scale: float, yaw: float, shift: NDArray[np.float64]) -> Similarity2:
-    x, y = target.middle + shift - Similarity2(0.0, 0.0, yaw, scale).apply(source.middle)
-    return Similarity2(float(x), float(y), yaw, scale)
+def _axes(yaws: Iterable[float]) -> dict[float, list[tuple[float, bool]]]:
+    """Yaws that lie half a turn apart share one transform: the first of them, with each and whether it is the other.
+
+    A raster turned by half is the raster read backwards, whose spectrum is the conjugate, one cell further on.
+    """
+    axes: dict[float, list[tuple[float, bool]]] = {}
+    for yaw in yaws:
+        axis = next((axis for axis in axes if abs(math.remainder(yaw - axis, math.pi)) < SAME_YAW), yaw)
+        turned = abs(math.remainder(yaw - axis, math.tau)) > math.pi / 2.0
+        axes.setdefault(axis, []).append((yaw, turned))
+    return axes
+
+
+def _similarity(
+    there: list[float], here: list[float], scale: float, yaw: float, shift: tuple[float, float]
+) -> Similarity2:
+    """That lays the middle of the source the shift away from that of the target; in plain numbers, for speed."""
+    c, s = scale * math.cos(yaw), scale * math.sin(yaw)
+    x = there[0] + shift[0] - (c * here[0] - s * here[1])
+    y = there[1] + shift[1] - (s * here[0] + c * here[1])
+    return Similarity2(x, y, yaw, scale)
 
 
 def _shape(target: Layers, source: Layers, scale: float, yaws: list[float], cell: float) -> tuple[int, int]:
@@ -105,9 +132,9 @@ def _square(shape: tuple[int, int]) -> NDArray[np.float64]:
     return np.asarray(rows[:, None] ** 2 + cols[None, :] ** 2)
 
 
-def _unwrapped(row: int, col: int, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _unwrapped(row: int, col: int, shape: tuple[int, int]) -> tuple[int, int]:
     rows, cols = shape
-    return np.array([col - cols if 2 * col > cols else col, row - rows if 2 * row > rows else row], dtype=np.float64)
+    return col - cols if 2 * col > cols else col, row - rows if 2 * row > rows else row
 
 
 def _highest(surface: NDArray[np.float32], most: int) -> list[tuple[int, int, float]]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.arrays import frozen_array
+from mapping.arrays import sealed
 from mapping.grid import OccupancyGrid
 
 BEHIND_WALLS = -0.5
@@ -95,11 +95,10 @@ def _free(grid: OccupancyGrid, box: tuple[slice, slice]) -> Raster:
 
 
 def _pyramid(layer: Raster) -> tuple[Raster, ...]:
-    levels = [frozen_array(layer, np.float32)]
+    levels = [sealed(layer)]
     while min(levels[-1].shape) > SMALLEST_SIDE // 2 and max(levels[-1].shape) > SMALLEST_SIDE:
         below = levels[-1]
         even = np.pad(below, ((0, below.shape[0] % 2), (0, below.shape[1] % 2)))
-        levels.append(
-            frozen_array((even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4.0, np.float32)
-        )
+        half = cv2.resize(even, (even.shape[1] // 2, even.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        levels.append(sealed(np.asarray(half, np.float32)))
     return tuple(levels)

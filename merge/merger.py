@@ -31,8 +31,8 @@ from merge.settings import MergeSettings
 MARGIN_CELLS = 32
 """Unknown cells around a map's known part, so that features at its rim are found whatever raster it came in."""
 
-MOST_CELLS = 2**22
-"""Larger maps are compared in wider cells: what they cost is bounded, and 2,000 cells a side tell places apart."""
+MOST_CELLS = 2**21
+"""Larger maps are compared in wider cells: what they cost is bounded, and 1,000 cells a side tell places apart."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of pairs done and the number of pairs."""

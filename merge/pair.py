@@ -9,19 +9,21 @@ from typing import Any
 import numpy as np
 
 from mapping.similarity2 import Similarity2
-from merge.candidates import Candidate, candidates, distinct, is_rival, settled, sharpest
+from merge.candidates import Candidate, candidates, distinct, finished, is_rival, rivals, settled, sharpest
 from merge.cells import compare_cells
 from merge.chart import Chart
 from merge.decision import BARE, Decision, DecisionSettings, decide
 from merge.proposer import Proposer
 from merge.result import Evidence
-from merge.rivals import rival_proposals
 from merge.scale_range import ScaleRange
 from merge.uncertainty import Uncertainty, uncertainty
 
 NOTHING_PROPOSED = "nothing was proposed"
 MIN_SURFACE_POINTS = 20
-RIVALS = 8
+FINALISTS = 4
+PROMISING = 0.25
+"""What agrees less, refined quickly, is not worth more before the next proposer has had its say."""
+
 SURE = 0.97
 """An answer of this confidence needs no further proposals."""
 
@@ -56,6 +58,10 @@ class PairAnswer:
     uncertainty: Uncertainty | None = None
     alternatives: tuple[Alternative, ...] = ()
 
+    @property
+    def agreement(self) -> float:
+        return 0.0 if self.evidence is None else self.evidence.agreement
+
     def inverse(self) -> PairAnswer:
         """The answer for the pair the other way round."""
         answer = self.target_from_source
@@ -85,14 +91,21 @@ def merge_pair(
     answer = PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
         return PairAnswer(None, None, Decision(False, 0.0, BARE))
+    charts = target.chart, source.chart
+    rough: list[Candidate] = []
     found: list[Candidate] = []
-    for proposer, there, here in zip(proposers, target.descriptions, source.descriptions, strict=True):
+    stages = list(zip(proposers, target.descriptions, source.descriptions, strict=True))
+    for number, (proposer, there, here) in enumerate(stages, start=1):
         proposals = proposer.propose(there, here, scale, rng)
-        found += candidates(target.chart, source.chart, proposals, scale)
-        if not found:
+        rough = distinct(*charts, [*rough, *candidates(*charts, proposals, scale)])
+        if not rough or (number < len(stages) and rough[0].walls.agreement < PROMISING):
             continue
-        found = _with_rivals(target.chart, source.chart, distinct(target.chart, source.chart, found), scale)
-        answer = _best(target.chart, source.chart, found, scale, settings)
+        found = distinct(*charts, [*found, *finished(*charts, rough[:FINALISTS], scale)])
+        rough = rough[FINALISTS:]
+        answer = _best(*charts, found, scale, settings)
+        if answer.agreement >= settings.min_agreement:
+            found = distinct(*charts, [*found, *rivals(*charts, found[0].target_from_source, scale)])
+            answer = _best(*charts, found, scale, settings)
         if answer.decision.accepted and answer.decision.confidence >= SURE:
             break
     return answer
@@ -103,26 +116,20 @@ def _best(
 ) -> PairAnswer:
     level = sharpest(found)
     best = settled(target, source, found[0], scale, level)
-    rivals = [
+    others = [
         Alternative(other.target_from_source, other.laid[level].agreement)
         for other in found
         if is_rival(target, source, best, other)
     ]
-    rivals.sort(key=lambda rival: -rival.agreement)
-    evidence = _evidence(target, source, best, level, rivals[0].agreement if rivals else 0.0)
+    others.sort(key=lambda other: -other.agreement)
+    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0)
     return PairAnswer(
         best.target_from_source,
         evidence,
         decide(evidence, settings),
         uncertainty(target, source, best.target_from_source, scale),
-        tuple(rivals[:ALTERNATIVES]),
+        tuple(others[:ALTERNATIVES]),
     )
-
-
-def _with_rivals(target: Chart, source: Chart, found: list[Candidate], scale: ScaleRange) -> list[Candidate]:
-    elsewhere = rival_proposals(target, source, found[0].target_from_source)
-    rivals = candidates(target, source, elsewhere, scale, RIVALS, finalists=3)
-    return distinct(target, source, [*found, *rivals])
 
 
 def _evidence(target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float) -> Evidence:

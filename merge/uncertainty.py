@@ -16,8 +16,15 @@ from merge.scale_range import ScaleRange
 from merge.shortlist import smaller_diagonal
 from merge.walls import thinned, tolerance_cells
 
-PATCH_SHARE = 0.15
+PATCH_SHARE = 0.25
 """Side of a patch, as a share of the smaller map's diagonal: what moves one of its walls moves all of them."""
+
+INFLATION = 8.0
+"""Times the variance that the patches show: those of neighbours are not independent, since drift grows along the way.
+So set that the mean normalised squared error is about 4, its number of parameters, on generated pairs at noise 1."""
+
+PATCH_NOISE = 0.15
+"""By how much, in cells of the coarser map, a patch may lie off though nothing shows it: walls fall between cells."""
 
 CELL_NOISE = 0.3
 """By how much, in cells of the coarser map, each wall cell may lie off by itself: drawing it on a raster does that."""
@@ -30,9 +37,6 @@ MOST_POINTS = 4000
 
 GATE_TOLERANCES = 2.0
 """How many of the loosest tolerances apart two walls may lie and still be a pair."""
-
-INFLATION = 1.0
-"""Of that variance: the shifts of neighbouring patches are not independent either."""
 
 SCALE_PRIOR = math.log(2.0)
 """How far off the scale may be where nothing fixes it."""
@@ -100,7 +104,7 @@ def uncertainty(target: Chart, source: Chart, answer: Similarity2, scale: ScaleR
     unknowns = 3 if scale.fixed else 4
     information = np.diag(loose)
     if len(pairs.weights):
-        information += _information(pairs, PATCH_SHARE * diagonal, CELL_NOISE * max(1.0, answer.scale))
+        information += _information(pairs, PATCH_SHARE * diagonal, max(1.0, answer.scale))
     covariance = np.zeros((4, 4))
     covariance[:unknowns, :unknowns] = np.linalg.inv(information[:unknowns, :unknowns])
     return Uncertainty(centre, covariance)
@@ -142,8 +146,9 @@ def _turned(normals: NDArray[np.float64], by: Similarity2) -> NDArray[np.float64
     return Similarity2(yaw=by.yaw).apply(normals)
 
 
-def _information(pairs: _Pairs, side: float, noise: float) -> NDArray[np.float64]:
-    """Inverse covariance (4, 4) of shift x, y, turn and growth, without what is known beforehand."""
+def _information(pairs: _Pairs, side: float, coarser: float) -> NDArray[np.float64]:
+    """Inverse covariance (4, 4) of shift x, y, turn and growth, without what is known beforehand; the side of a patch,
+    and of a cell of the coarser map, in cells of the target."""
     patch = _patches(pairs.arms, side)
     normals = _straightened(pairs)
     moves = np.column_stack((normals, _cross(pairs.arms, normals), (pairs.arms * normals).sum(axis=1)))
@@ -153,7 +158,8 @@ def _information(pairs: _Pairs, side: float, noise: float) -> NDArray[np.float64
     hessian = hessians.sum(axis=0)
     shifts = hessians[:, :, :2]
     spread = _pooled(gradients[:, :2], hessians[:, :2, :2])
-    scatter = INFLATION * spread * np.einsum("pik,pjk->ij", shifts, shifts) + noise**2 * hessian
+    variance = INFLATION * spread + (PATCH_NOISE * coarser) ** 2
+    scatter = variance * np.einsum("pik,pjk->ij", shifts, shifts) + (CELL_NOISE * coarser) ** 2 * hessian
     ridge = 1e-9 * np.diag(np.diag(scatter)) + 1e-12 * np.eye(4)
     return np.asarray(hessian @ np.linalg.solve(scatter + ridge, hessian))
 
