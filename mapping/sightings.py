@@ -47,27 +47,22 @@ def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, rep
             f"sightings: {read.shape} ranges were read of {exact.shape} true ones, with {replaced.shape} marks, "
             f"at {len(start_from_base)} poses"
         )
-    ends = np.empty((read.size, 4))
-    count = _beam_ends(
-        ends,
-        (read, *_directions(log.scans), _lidar_poses(start_from_base, log.base_from_lidar)),
-        (exact, *_directions(truth.scans), _lidar_poses(truth.trajectory, truth.base_from_lidar)),
-        ~(replaced | truth.hits_robot),
-    )
-    if not count:
+    usable = np.isfinite(read) & np.isfinite(exact) & ~replaced & ~truth.hits_robot
+    if not usable.any():
         raise ValueError("sightings: no beam that hit the world is left to fit the truth on")
-    return _averaged(ends[:count, 2:], ends[:count, :2])
+    believed = _ends(read, *_directions(log.scans), _lidar_poses(start_from_base, log.base_from_lidar))
+    true = _ends(exact, *_directions(truth.scans), _lidar_poses(truth.trajectory, truth.base_from_lidar))
+    return _averaged(believed, true, usable)
 
 
-def _averaged(true: NDArray[np.float64], believed: NDArray[np.float64]) -> Sightings:
-    cells = np.floor(true[:, ::-1] / TRUE_RESOLUTION).astype(np.int64)
-    corner = cells.min(axis=0)
-    rows, cols = (cells.max(axis=0) - corner + 1).tolist()
-    index = (cells - corner) @ np.array([cols, 1])
-    seen, counts, sums = _sums(index, np.full(rows * cols, -1, np.int32), true, believed)
+def _averaged(believed: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> Sightings:
+    low, high = _span(true, usable)
+    rows, cols = (high - low + 1).tolist()
+    place = np.full((rows, cols), -1, np.int32)
+    seen, counts, sums = _sums(believed, true, usable, low, place, min(usable.size, rows * cols))
     order = np.argsort(seen)
     means = sums[order] / counts[order, None]
-    return Sightings(np.stack(np.divmod(seen[order], cols), axis=-1) + corner, means[:, :2], means[:, 2:])
+    return Sightings(np.stack(np.divmod(seen[order], cols), axis=-1) + low, means[:, :2], means[:, 2:])
 
 
 def _directions(scans: Sequence[LidarScan]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -105,52 +100,64 @@ def _wrapped(angle: float) -> float:
     return angle
 
 
-Beams = tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""Ranges (N, B), cosine and sine of the beams' angles, and the lidar's poses."""
+@njit(cache=True)
+def _ends(
+    ranges: NDArray[np.float32],
+    cosines: NDArray[np.float64],
+    sines: NDArray[np.float64],
+    poses: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Where beams end, (N, B, 2) x, y: of ranges (N, B), directions (N, B) or (1, B), and the lidar's poses (N, 4)."""
+    ends = np.empty((*ranges.shape, 2))
+    for k in range(ranges.shape[0]):
+        row = k % cosines.shape[0]
+        x0, y0, c, s = poses[k]
+        for b in range(ranges.shape[1]):
+            reach = float(ranges[k, b])
+            x, y = reach * cosines[row, b], reach * sines[row, b]
+            ends[k, b, 0] = x0 + c * x - s * y
+            ends[k, b, 1] = y0 + s * x + c * y
+    return ends
 
 
 @njit(cache=True)
-def _beam_ends(ends: NDArray[np.float64], read: Beams, exact: Beams, usable: NDArray[np.bool_]) -> int:
-    """Fill in the believed x, y and the true x, y of each usable beam that returned; how many those are."""
-    count = 0
+def _span(true: NDArray[np.float64], usable: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The lowest and the highest row, col of the true cells in which usable beams end."""
+    low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
     for k in range(usable.shape[0]):
         for b in range(usable.shape[1]):
-            if usable[k, b] and math.isfinite(read[0][k, b]) and math.isfinite(exact[0][k, b]):
-                ends[count, 0], ends[count, 1] = _beam_end(read, k, b)
-                ends[count, 2], ends[count, 3] = _beam_end(exact, k, b)
-                count += 1
-    return count
-
-
-@njit(cache=True)
-def _beam_end(beams: Beams, k: int, b: int) -> tuple[float, float]:
-    ranges, cosines, sines, poses = beams
-    row = k % cosines.shape[0]
-    reach = float(ranges[k, b])
-    x, y = reach * cosines[row, b], reach * sines[row, b]
-    c, s = poses[k, 2], poses[k, 3]
-    return poses[k, 0] + c * x - s * y, poses[k, 1] + s * x + c * y
+            if usable[k, b]:
+                x, y = true[k, b, 0], true[k, b, 1]
+                low_x, high_x = min(low_x, x), max(high_x, x)
+                low_y, high_y = min(low_y, y), max(high_y, y)
+    low = (math.floor(low_y / TRUE_RESOLUTION), math.floor(low_x / TRUE_RESOLUTION))
+    high = (math.floor(high_y / TRUE_RESOLUTION), math.floor(high_x / TRUE_RESOLUTION))
+    return np.array(low), np.array(high)
 
 
 @njit(cache=True)
 def _sums(
-    index: NDArray[np.int64], place: NDArray[np.int32], true: NDArray[np.float64], believed: NDArray[np.float64]
+    believed: NDArray[np.float64],
+    true: NDArray[np.float64],
+    usable: NDArray[np.bool_],
+    low: NDArray[np.int64],
+    place: NDArray[np.int32],
+    most: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """The different values of ``index``, how often each stands there, and the sums of its points (M, 4). ``place`` is
-    as long as values go, and -1 throughout."""
-    seen = np.empty(index.size, np.int64)
-    counts = np.zeros(index.size, np.int64)
-    sums = np.zeros((index.size, 4))
-    found = 0
-    for k in range(index.size):
-        at = place[index[k]]
-        if at < 0:
-            at = found
-            place[index[k]] = at
-            seen[at] = index[k]
-            found += 1
-        counts[at] += 1
-        for axis in range(2):
-            sums[at, axis] += true[k, axis]
-            sums[at, 2 + axis] += believed[k, axis]
+    """The flat index of each true cell in which usable beams end, how many do, and the sums of their true and believed
+    x, y (M, 4). ``place`` (rows, cols) has the cells from ``low`` on, and is -1 throughout."""
+    seen, counts, sums, found = np.empty(most, np.int64), np.zeros(most, np.int64), np.zeros((most, 4)), 0
+    for k in range(usable.shape[0]):
+        for b in range(usable.shape[1]):
+            if usable[k, b]:
+                row = math.floor(true[k, b, 1] / TRUE_RESOLUTION) - low[0]
+                col = math.floor(true[k, b, 0] / TRUE_RESOLUTION) - low[1]
+                if place[row, col] < 0:
+                    place[row, col], seen[found] = found, row * place.shape[1] + col
+                    found += 1
+                at = place[row, col]
+                counts[at] += 1
+                for axis in range(2):
+                    sums[at, axis] += true[k, b, axis]
+                    sums[at, 2 + axis] += believed[k, b, axis]
     return seen[:found], counts[:found], sums[:found]

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mapping import truth
+from mapping.footprint_layers import FootprintLayers
 from mapquilt import sample, true_places
 from mapquilt.dataset import group
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
@@ -23,14 +24,14 @@ FAMILIES = ("office", "warehouse", "hospital", "cave")
 WORK = ("simulating", "sensing", "mapping", "disguising")
 REST_BOUND = 0.10
 
-STEPS: tuple[tuple[str, ModuleType, str], ...] = (
+STEPS: tuple[tuple[str, ModuleType | type, str], ...] = (
     ("simulating", group, "_simulate"),
     ("sensing", sample, "sense"),
     ("mapping", sample, "map_log"),
     ("disguising", sample, "disguise"),
     ("truth: footprints", true_places, "true_raster"),
     ("truth: footprints", true_places, "_true_map"),
-    ("truth: second placements", true_places.FootprintLayers, "of"),
+    ("truth: second placements", FootprintLayers, "of"),
     ("truth: second placements", truth, "identifiability"),
     ("truth: sightings", sample, "sightings"),
     ("truth: fits", sample, "map_truth"),

@@ -5,10 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
 from mapping.footprint import TRUE_RESOLUTION, footprint
 from mapping.footprint_layers import FootprintLayers
 from mapping.grid import OccupancyGrid
+from mapping.map_file import map_files
 from mapping.robot_log import RobotTruth
 from mapping.truth import PairPlaces
 from mapquilt.seen_slices import SeenSlices, part_bounds
@@ -38,6 +41,15 @@ class TruePlaces:
     world: OccupancyGrid
     maps: tuple[TrueMap, ...]
     pairs: dict[tuple[str, str], PairPlaces]
+
+    @cached_property
+    def raster_files(self) -> dict[str, dict[str, bytes]]:
+        """The map files, by name, of the world's true raster and of each map's: equal for all samples of a mission."""
+        rasters = {"world": self.world, **{one.name: one.footprint for one in self.maps}}
+        return {
+            stem: {path.name: data for path, data in map_files(grid, Path(stem), picture="png").items()}
+            for stem, grid in rasters.items()
+        }
 
     @property
     def names(self) -> tuple[str, ...]:
