@@ -19,8 +19,8 @@ from merge.walls import TOLERANCE_SHARES, Walls, compare_walls_sharply
 GLANCE_POINTS = 400
 CAREFUL_POINTS = 4000
 SHORT_LIST = 16
-RIVALS = 12
-RIVAL_FINALISTS = 4
+RIVALS = 8
+RIVAL_FINALISTS = 3
 QUICK = RefinementSettings(most_points=500, last_steps=3)
 RIVAL_DISTANCE_SHARE = 0.06
 """Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""

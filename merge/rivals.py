@@ -9,7 +9,7 @@ from merge.chart import Chart
 from merge.correlation import correlate
 from merge.proposer import Proposal
 
-PEAKS = 10
+PEAKS = 6
 
 
 def rival_proposals(target: Chart, source: Chart, answer: Similarity2) -> list[Proposal]:
