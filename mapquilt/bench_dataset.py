@@ -80,8 +80,9 @@ class Clock:
 
 def bench_dataset() -> None:
     """Print the split of making samples as the ready specification ``standard`` makes them: one mission a family."""
-    plans = _plans(FAMILIES)
-    group.make_group(plans[0])  # compiled, loaded and warm
+    missions = tuple(MissionsSpec(world=family, count=1) for family in FAMILIES)
+    plans = _plans(missions)
+    measure(_plans((MissionsSpec(world=FAMILIES[0], count=1, robots=2, duration=5.0),))[0])  # compiled, loaded, warm
     split: Seconds = defaultdict(float)
     for plan in plans:
         for name, seconds in measure(plan).items():
@@ -104,12 +105,10 @@ def measure(plan: MissionPlan) -> Seconds:
     return clock.seconds
 
 
-def _plans(families: tuple[str, ...]) -> tuple[MissionPlan, ...]:
+def _plans(missions: tuple[MissionsSpec, ...]) -> tuple[MissionPlan, ...]:
     standard = load_spec("standard")
-    missions = tuple(MissionsSpec(world=family, count=1) for family in families)
-    return plan_dataset(
-        DatasetSpec(name="bench", seed=standard.seed, missions=missions, samples=standard.samples)
-    ).missions
+    spec = DatasetSpec(name="bench", seed=standard.seed, missions=missions, samples=standard.samples)
+    return plan_dataset(spec).missions
 
 
 def _print_split(split: Seconds, title: str) -> None:
