@@ -55,8 +55,8 @@ def correlate(
     The score is the correlation of signed surface normals, plus a little for walls on walls, less what lies of either
     surface in the other's free space; over the root of both lengths. Normals are gradients of the blurred free
     space, and correlating gradients is multiplying the spectrum by the squared wave number, so that one inverse
-    transform gives it all. ``across`` is the longer side of the larger map, in cells of the raster; ``contradiction`` is
-    what a cell of length in the other's free space takes.
+    transform gives it all. ``across`` is the longer side of the larger map, in cells of the raster; ``contradiction``
+    is what a cell of length in the other's free space takes.
     """
     yaws = list(yaws)
     if not yaws:
