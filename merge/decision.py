@@ -14,6 +14,7 @@ ONE_WAY = "too little structure: the walls in common all run one way, and the an
 OVERLAP = "too little overlap"
 CONTRADICTION = "walls contradict free space"
 RIVAL = "two answers equally good"
+INEXACT = "the place is found, but too little structure in common to tell it exactly"
 
 
 MIN_CONFIDENCE = 0.7
@@ -76,15 +77,19 @@ class Decision:
 def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) -> Decision:
     """Accept where the answer is sure enough and nothing that must be there is missing.
 
-    The confidence rises with every piece of evidence. A refusal names what is missing most: a rival, where one takes
-    from what the answer would be worth by itself.
+    The confidence is the chance that the place is the right one, times that of its being told exactly enough; it rises
+    with every piece of evidence. A refusal names what is missing most: a rival, where one takes from what the answer
+    would be worth by itself.
     """
     odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
         if value < needed:
             odds, reason = min(odds, value / needed - 1.0 - MISSING), missing
             break
-    confidence = _confidence(odds)
+    place = float(expit(odds))
+    confidence = place * evidence.exactness
+    if place >= settings.min_confidence:
+        reason = INEXACT
     accepted = confidence >= settings.min_confidence
     return Decision(accepted, confidence, None if accepted else reason)
 
@@ -103,10 +108,6 @@ def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, flo
 def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
     agreement, lead, breadth = features(evidence, settings)
     return settings.agreement * agreement + settings.lead * lead - settings.breadth * breadth - settings.threshold
-
-
-def _confidence(log_odds: float) -> float:
-    return float(expit(log_odds))
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:

@@ -126,17 +126,20 @@ def _best(
         if is_rival(target, source, best, other)
     ]
     others.sort(key=lambda other: -other.agreement)
-    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0)
+    exact = uncertainty(target, source, best.target_from_source, scale)
+    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0, exact.exactness)
     return PairAnswer(
         best.target_from_source,
         evidence,
         decide(evidence, settings),
-        uncertainty(target, source, best.target_from_source, scale),
+        exact,
         tuple(others[:ALTERNATIVES]),
     )
 
 
-def _evidence(target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float) -> Evidence:
+def _evidence(
+    target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float, exactness: float
+) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
     walls = best.laid[level]
     return Evidence(
@@ -150,6 +153,7 @@ def _evidence(target: Chart, source: Chart, best: Candidate, level: int, rival_a
         spread=walls.spread,
         agreement=walls.agreement,
         rival_agreement=rival_agreement,
+        exactness=exactness,
         matches=best.proposal.matches,
         inliers=best.proposal.inliers,
         votes=best.proposal.votes,

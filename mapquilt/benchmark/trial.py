@@ -18,7 +18,7 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapquilt.benchmark.pair import BenchmarkPair
-from mapquilt.score import RIGHT, TransformError, normalised_error, transform_error
+from mapquilt.score import FOUND, RIGHT, TransformError, normalised_error, transform_error
 from merge.merger import match_maps
 from merge.result import Evidence, PairResult
 from merge.settings import MergeSettings
@@ -43,6 +43,11 @@ class Answer:
     @property
     def right(self) -> bool:
         return self.error is not None and RIGHT.holds(self.error)
+
+    @property
+    def found(self) -> bool:
+        """Whether the place is the right one, however inexactly told."""
+        return self.error is not None and FOUND.holds(self.error)
 
 
 @dataclass(frozen=True)
