@@ -27,12 +27,9 @@ MISSING = 2.0
 class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``lead``, ``breadth``, ``threshold``: the log-odds of being right are ``agreement`` times the
-      agreement, plus ``lead`` times what the best rival lies below it, less ``breadth`` times the logarithm of how many
-      times ``little_overlap`` the maps overlap, less ``threshold``. A lead above ``enough_lead`` says no more, or a
-      poor answer would pass for want of any other. Of maps that are said to share nearly all, more agreement can be
-      asked than of maps that share a third; what shares still less is excused no further. Fitted to generated pairs
-      by ``mapquilt calibrate``;
+    - ``agreement``, ``lead``, ``threshold``: the log-odds of the right place are ``agreement`` times the agreement, plus
+      ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no more,
+      or a poor answer would pass for want of any other. Fitted to generated pairs by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -42,12 +39,10 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 12.57
-    lead: float = 51.27
-    breadth: float = 7.41
-    threshold: float = 10.39
+    agreement: float = 0.0
+    lead: float = 34.5
+    threshold: float = 3.9
     enough_lead: float = 0.25
-    little_overlap: float = 0.3
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
@@ -57,10 +52,8 @@ class DecisionSettings:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if name not in ("min_confidence", "little_overlap") and not 0.0 <= value < math.inf:
+            if name != "min_confidence" and not 0.0 <= value < math.inf:
                 raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
-        if not 0.0 < self.little_overlap <= 1.0:
-            raise ValueError(f"DecisionSettings: little_overlap is {self.little_overlap}, must lie in (0, 1]")
         if not 0.0 <= self.min_confidence <= 1.0:
             raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
 
@@ -99,15 +92,14 @@ def lead_of(evidence: Evidence) -> float:
     return max(0.0, evidence.agreement - evidence.rival_agreement)
 
 
-def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float, float]:
-    """What ``agreement``, ``lead`` and, with a minus, ``breadth`` weigh."""
-    breadth = math.log(max(evidence.overlap, settings.little_overlap) / settings.little_overlap)
-    return evidence.agreement, min(lead_of(evidence), settings.enough_lead), breadth
+def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
+    """What ``agreement`` and ``lead`` weigh."""
+    return evidence.agreement, min(lead_of(evidence), settings.enough_lead)
 
 
 def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
-    agreement, lead, breadth = features(evidence, settings)
-    return settings.agreement * agreement + settings.lead * lead - settings.breadth * breadth - settings.threshold
+    agreement, lead = features(evidence, settings)
+    return settings.agreement * agreement + settings.lead * lead - settings.threshold
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:

@@ -15,15 +15,12 @@ from merge.decision import DecisionSettings, decide, features
 from merge.result import Evidence
 
 RIDGE = 1e-3
-SIGNS = np.array([1.0, 1.0, -1.0])
-"""Breadth takes from the log-odds."""
-
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``agreement``, ``lead``, ``breadth`` and ``threshold`` of greatest likelihood (logistic
-    regression, the weights not negative).
+    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood (logistic regression, none of them
+    negative).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
     third each. What is fitted is the chance that the place is the right one (:data:`mapquilt.score.FOUND`), so that
@@ -37,9 +34,9 @@ def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSett
     if right.all() or not right.any():
         raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
     weights = _weights([_group(trial) for trial, _ in judged])
-    told = np.array([features(evidence, start) for _, evidence in judged]) * SIGNS
-    agreement, lead, breadth, threshold = _logistic(told, right, weights)
-    return dataclasses.replace(start, agreement=agreement, lead=lead, breadth=breadth, threshold=threshold)
+    told = np.array([features(evidence, start) for _, evidence in judged])
+    agreement, lead, threshold = _logistic(told, right, weights)
+    return dataclasses.replace(start, agreement=agreement, lead=lead, threshold=threshold)
 
 
 def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:
@@ -64,7 +61,7 @@ def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
     evidence = trial.answers[0].evidence
     if evidence is None or not (trial.negative or trial.pair.identifiable):
         return []
-    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, breadth=0.0, threshold=0.0, min_confidence=0.5)
+    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, threshold=0.0, min_confidence=0.5)
     return [evidence] if decide(dataclasses.replace(evidence, exactness=1.0), even).accepted else []
 
 
