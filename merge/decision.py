@@ -27,9 +27,9 @@ MISSING = 2.0
 class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``lead``, ``threshold``: the log-odds of the right place are ``agreement`` times the agreement, plus
-      ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no more,
-      or a poor answer would pass for want of any other. Fitted to generated pairs by ``mapquilt calibrate``;
+    - ``agreement``, ``lead``, ``threshold``: the log-odds of the right place are ``agreement`` times the agreement,
+      plus ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no
+      more, or a poor answer would pass for want of any other. Fitted to generated pairs by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;

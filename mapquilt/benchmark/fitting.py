@@ -19,8 +19,8 @@ LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood (logistic regression, none of them
-    negative).
+    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood, none of them negative
+    (logistic regression).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
     third each. What is fitted is the chance that the place is the right one (:data:`mapquilt.score.FOUND`), so that
