@@ -40,6 +40,7 @@ from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simul
 from mapquilt.sample import Poses, SampleSettings
 from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
+from mapquilt.study.command import study
 from mapquilt.tables import merge_table, print_table, score_table
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.decision import MIN_CONFIDENCE, DecisionSettings
@@ -321,6 +322,7 @@ def _warn(warnings: tuple[str, ...]) -> None:
 app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
 app.command()(calibrate)
+app.command()(study)
 
 
 def _version(wanted: bool) -> None:
