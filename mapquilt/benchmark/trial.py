@@ -20,14 +20,14 @@ from mapping.similarity2 import Similarity2
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.score import RIGHT, TransformError, transform_error
 from merge.merger import match_maps
-from merge.result import Evidence, PairResult
+from merge.result import Alternative, Evidence, PairResult
 from merge.settings import MergeSettings
 
 
 @dataclass(frozen=True)
 class Answer:
     """What a method said of a pair, how far that is from the truth (None where there is none, or no answer), and the
-    seconds of the processor that it took, the look at both maps included."""
+    seconds of the processor that it took, the look at both maps included; ``runner_up`` is the best other place."""
 
     method: str
     accepted: bool
@@ -37,6 +37,7 @@ class Answer:
     evidence: Evidence | None
     error: TransformError | None
     seconds: float
+    runner_up: Alternative | None = None
 
     @property
     def right(self) -> bool:
@@ -45,11 +46,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class Trial:
-    """A pair with the answers of all methods, in their order."""
+    """A pair with the answers of all methods, in their order, and its truth in metres as the maps state them."""
 
     pair: BenchmarkPair
     bent: bool
     answers: tuple[Answer, ...]
+    truth: Similarity2 | None = None
 
     @property
     def negative(self) -> bool:
@@ -77,7 +79,7 @@ def run_trial(task: TrialTask) -> Trial:
         for settings in task.methods:
             warm_up(settings)
         answers = tuple(_answer(task.pair, maps, settings, task.seed) for settings in task.methods)
-    return Trial(task.pair, task.pair.bent(maps), answers)
+    return Trial(task.pair, task.pair.bent(maps), answers, task.pair.target_from_source(maps))
 
 
 def _answer(pair: BenchmarkPair, maps: MapSet, settings: MergeSettings, seed: int) -> Answer:
@@ -93,6 +95,7 @@ def _answer(pair: BenchmarkPair, maps: MapSet, settings: MergeSettings, seed: in
         result.evidence,
         _error(pair, maps, result),
         seconds,
+        result.alternatives[0] if result.alternatives else None,
     )
 
 

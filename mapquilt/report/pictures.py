@@ -1,0 +1,118 @@
+"""A pair as small pictures: both maps, and one laid on the other by the answer and by the truth, on one canvas."""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.map_file import load_map
+from mapping.resampling import resampled
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from mapquilt.palette import ROBOTS, WALL
+from mapquilt.report.answer import ReportAnswer
+
+LONGEST = 480
+"""Pixels of a picture's longer side."""
+MARGIN = 0.03
+FARTHEST = 0.75
+"""The source is shown no further off than so many diagonals of the target."""
+
+NOTHING, FREE, TARGET, SOURCE, BOTH = range(5)
+COLOURS = ((0, 0, 0), (255, 255, 255), *(tuple(bytes.fromhex(colour[1:])) for colour in ROBOTS[:2]), WALL)
+"""Of the kinds of pixels; the first is transparent."""
+
+Kinds = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class PairPictures:
+    """Data addresses of PNGs; None where there is nothing to show."""
+
+    target: str
+    source: str
+    by_answer: str | None
+    by_truth: str | None
+    by_runner_up: str | None
+
+
+def pair_pictures(answer: ReportAnswer) -> PairPictures:
+    """Draw one pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
+    target, source = (load_map(path).grid for path in (answer.target, answer.source))
+    places = [place for place in (answer.answer, answer.truth) if place is not None]
+    canvas = _canvas(target, source, places)
+    apart = [_canvas(target, source, [answer.runner_up])] if answer.runner_up is not None else []
+    return PairPictures(
+        target=_address(_alone(target, TARGET)),
+        source=_address(_alone(source, SOURCE)),
+        by_answer=None if answer.answer is None else _address(_overlay(canvas, target, source, answer.answer)),
+        by_truth=None if answer.truth is None else _address(_overlay(canvas, target, source, answer.truth)),
+        by_runner_up=None
+        if answer.runner_up is None
+        else _address(_overlay(apart[0], target, source, answer.runner_up)),
+    )
+
+
+def _alone(grid: OccupancyGrid, wall: int) -> Kinds:
+    frame = _around(_corners(grid))
+    return _kinds(resampled(grid, Similarity2.identity(), frame), wall)
+
+
+def _overlay(canvas: GridFrame, target: OccupancyGrid, source: OccupancyGrid, target_from_source: Similarity2) -> Kinds:
+    below = _kinds(resampled(target, Similarity2.identity(), canvas), TARGET)
+    above = _kinds(resampled(source, target_from_source, canvas), SOURCE)
+    shown = np.where(above > FREE, above, np.where(below == NOTHING, above, below))
+    near = cv2.dilate((above == SOURCE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    shown[below == TARGET] = TARGET
+    shown[(below == TARGET) & near] = BOTH
+    return shown
+
+
+def _kinds(log_odds: NDArray[np.float32], wall: int) -> Kinds:
+    kinds = np.full(log_odds.shape, NOTHING, np.uint8)
+    kinds[log_odds < 0.0] = FREE
+    kinds[log_odds > 0.0] = wall
+    return kinds
+
+
+def _canvas(target: OccupancyGrid, source: OccupancyGrid, places: list[Similarity2]) -> GridFrame:
+    corners, reach = _corners(target), FARTHEST * target.known_diagonal
+    low, high = corners.min(axis=0) - reach, corners.max(axis=0) + reach
+    return _around(np.concatenate([corners, *(np.clip(place.apply(_corners(source)), low, high) for place in places)]))
+
+
+def _around(points: NDArray[np.float64]) -> GridFrame:
+    low, high = points.min(axis=0), points.max(axis=0)
+    side = float((high - low).max())
+    low, high = low - MARGIN * side, high + MARGIN * side
+    resolution = float((high - low).max()) / LONGEST
+    cols, rows = (max(1, int(np.ceil(length / resolution - 1e-9))) for length in high - low)
+    return GridFrame(resolution, SE2(float(low[0]), float(low[1]), 0.0), (rows, cols))
+
+
+def _corners(grid: OccupancyGrid) -> NDArray[np.float64]:
+    """The corners (4, 2) of the box around the known cells [m]."""
+    rows, cols = np.nonzero(grid.known)
+    low, high = (rows.min() - 0.5, cols.min() - 0.5), (rows.max() + 0.5, cols.max() + 0.5)
+    return grid.frame.metres_from_cells(np.array([low, (low[0], high[1]), high, (high[0], low[1])]))
+
+
+def _address(kinds: Kinds) -> str:
+    image = Image.fromarray(kinds[::-1].copy(), mode="P")
+    image.putpalette([value for colour in COLOURS for value in colour])
+    buffer = io.BytesIO()
+    image.save(buffer, format="PNG", transparency=NOTHING, optimize=True)
+    return png_address(buffer.getvalue())
+
+
+def png_address(png: bytes) -> str:
+    """A PNG as an address that needs no file."""
+    return "data:image/png;base64," + base64.b64encode(png).decode()
