@@ -36,6 +36,7 @@ from mapquilt.mission_options import (
 from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
+from mapquilt.report.command import report
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run
 from mapquilt.sample import Poses, SampleSettings
 from mapquilt.scale_options import disguise_ranges, searched_scales
@@ -323,6 +324,7 @@ app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
 app.command()(calibrate)
 app.command()(study)
+app.command()(report)
 
 
 def _version(wanted: bool) -> None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from mapquilt.palette import INK, ROBOTS
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 GRID = "#dfe3e8"
 MUTED = "#6a737d"
@@ -54,7 +54,7 @@ def write_axes(panel: Axes, x: str, y: str) -> None:
     panel.set_ylabel(y, fontsize=9.5, color=INK, parse_math=False)
 
 
-def write_legend(figure: Figure, handles: Sequence[Line2D], names: Sequence[str]) -> None:
+def write_legend(figure: Figure, handles: Sequence[Artist], names: Sequence[str]) -> None:
     """One legend for all panels, above them."""
     figure.legend(
         handles, names, loc="outside upper left", ncols=min(len(names), 8), frameon=False, fontsize=9.5, labelcolor=INK
@@ -66,3 +66,14 @@ def in_per_cent(panel: Axes) -> None:
 
     panel.set_ylim(-0.03, 1.03)
     panel.yaxis.set_major_formatter(PercentFormatter(1.0))
+
+
+def logarithmic(panel: Axes, which: Literal["x", "y"], steps: tuple[float, ...] = (1.0,)) -> None:
+    """Space an axis by logarithms, with plain numbers at these steps of each decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    panel.set(**{f"{which}scale": "log"})
+    axis = panel.xaxis if which == "x" else panel.yaxis
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapquilt.benchmark.calibration import auc, equal_mass_bins
 from mapquilt.benchmark.intervals import Share
@@ -13,6 +16,7 @@ from mapquilt.palette import INK
 from mapquilt.plot_style import (
     MUTED,
     in_per_cent,
+    logarithmic,
     new_figure,
     series_colour,
     series_marker,
@@ -45,19 +49,20 @@ def common_charts(answers: Answers, has_success: bool) -> list[Chart]:
     merged = tuple(one for one in answers if one.accepted is not None)
     if not merged:
         return []
-    found = [_outcomes(merged)]
-    if not has_success:
-        found.append(_against_noise(merged))
-    return [
-        chart
-        for chart in (*found, _against_overlap(merged), _errors(merged), _calibration(merged), _time(merged))
-        if chart
+    found = [
+        _outcomes(merged),
+        None if has_success else _against_noise(merged),
+        _against_overlap(merged),
+        _errors(merged),
+        _calibration(merged),
+        _time(merged),
     ]
+    return [chart for chart in found if chart is not None]
 
 
 def _outcomes(answers: Answers) -> Chart:
     methods = methods_of(answers)
-    figure, (panel,) = new_figure(1, width=9.0, height=0.9 + 0.42 * len(methods))
+    figure, (panel,) = new_figure(1, width=11.5, height=0.9 + 0.42 * len(methods))
     told = []
     for row, method in enumerate(reversed(methods)):
         here = [one.outcome for one in answers if one.method == method]
@@ -90,40 +95,29 @@ def _colour_legend(figure: Figure, colours: Mapping[str, str]) -> None:
     from matplotlib.patches import Patch
 
     handles = [Patch(facecolor=colour) for colour in colours.values()]
-    figure.legend(
-        handles,
-        list(colours),
-        loc="outside upper left",
-        ncols=len(colours),
-        frameon=False,
-        fontsize=9.5,
-        labelcolor=INK,
-    )
+    write_legend(figure, handles, list(colours))
 
 
 def _against_noise(answers: Answers) -> Chart | None:
     levels = sorted({one.noise for one in answers if one.noise is not None and one.asked})
     if len(levels) < 2:
         return None
-    figure, told = _success(
-        answers,
-        [(str(level), float(level), lambda one, level=level: one.noise == level) for level in levels],
-        "noise level",
-    )
+    classes = [Class(f"{level:g}", float(level), _equal(level)) for level in levels]
+    figure, told = _success(answers, classes, "noise level")
     return Chart(
         "Success against noise",
         figure,
         f"Share right and accepted against the noise level. {told}.",
-        "Of pairs with one right answer; bars are Wilson's 95 % intervals. Noise 0 is exact, 1 a decent robot, 3 a bad one.",
+        "Of pairs with one right answer; bars are Wilson's 95 % intervals. Noise 0 is exact, 1 a decent robot.",
     )
 
 
 def _against_overlap(answers: Answers) -> Chart | None:
-    classes = []
-    for low, high in zip(OVERLAP_BOUNDS, OVERLAP_BOUNDS[1:], strict=False):
-        name = f"{100 * low:.0f} to {100 * high:.0f} %"
-        classes.append((name, (low + high) / 2.0, lambda one, low=low, high=high: _within(one.overlap, low, high)))
-    used = [each for each in classes if any(each[2](one) and one.asked for one in answers)]
+    classes = [
+        Class(f"{100 * low:.0f} to {100 * high:.0f} %", (low + high) / 2.0, _between(low, high))
+        for low, high in pairwise(OVERLAP_BOUNDS)
+    ]
+    used = [each for each in classes if any(each.holds(one) and one.asked for one in answers)]
     if len(used) < 2:
         return None
     figure, told = _success(answers, used, "true overlap of the two maps")
@@ -131,33 +125,44 @@ def _against_overlap(answers: Answers) -> Chart | None:
         "Success against overlap",
         figure,
         f"Share right and accepted against the true overlap. {told}.",
-        "Overlap is what both robots truly saw, as a share of what the one that saw less did; bars are Wilson's 95 % intervals.",
+        "Overlap is what both robots truly saw, as a share of what the one that saw less did; bars are Wilson's 95 % "
+        "intervals.",
     )
 
 
-def _within(overlap: float | None, low: float, high: float) -> bool:
-    return overlap is not None and low < overlap <= high
+@dataclass(frozen=True)
+class Class:
+    """Answers that are counted together: their name, their place on the axis, and which they are."""
+
+    name: str
+    place: float
+    holds: Callable[[ReportAnswer], bool]
+
+
+def _equal(level: float) -> Callable[[ReportAnswer], bool]:
+    return lambda one: one.noise == level
+
+
+def _between(low: float, high: float) -> Callable[[ReportAnswer], bool]:
+    return lambda one: one.overlap is not None and low < one.overlap <= high
 
 
 def _success(answers: Answers, classes: Sequence[Class], axis: str) -> tuple[Figure, str]:
-    figure, (panel,) = new_figure(1, width=7.6, height=3.6)
+    figure, (panel,) = new_figure(1, width=6.2, height=3.4)
     methods = methods_of(answers)
     handles, told = [], []
-    reach = max(place for _, place, _ in classes) - min(place for _, place, _ in classes)
+    places = [each.place for each in classes]
     for index, method in enumerate(methods):
+        shift = 0.008 * (max(places) - min(places)) * (index - (len(methods) - 1) / 2.0)
         points = []
-        for name, place, belongs in classes:
-            hits = [
-                one.right and bool(one.accepted)
-                for one in answers
-                if one.method == method and one.asked and belongs(one)
-            ]
-            if hits:
-                share = Share.counted(hits)
-                points.append((place + 0.008 * reach * (index - (len(methods) - 1) / 2), share))
-                told.append(f"{method} at {name}: {100 * share.value:.0f} % of {share.of}")
+        for each in classes:
+            asked = [one for one in answers if one.method == method and one.asked and each.holds(one)]
+            if asked:
+                share = Share.counted([one.right and bool(one.accepted) for one in asked])
+                points.append((each.place + shift, share))
+                told.append(f"{method} at {each.name}: {100 * share.value:.0f} % of {share.of}")
         handles.append(_draw_shares(panel, points, index))
-    panel.set_xticks([place for _, place, _ in classes], [name for name, _, _ in classes])
+    panel.set_xticks(places, [each.name for each in classes])
     in_per_cent(panel)
     write_axes(panel, axis, "right and accepted")
     write_legend(figure, handles, methods)
@@ -195,21 +200,13 @@ def _errors(answers: Answers) -> Chart | None:
                 (handles[method],) = panel.step(
                     values, share, where="post", color=series_colour(index), linewidth=1.8, marker=marker, markersize=4
                 )
-        panel.set_xscale("log")
-        panel.xaxis.set_major_formatter("{x:g}")
+        logarithmic(panel, "x")
         in_per_cent(panel)
         write_heading(panel, what)
         write_axes(panel, f"error [{unit}]", "of accepted answers" if what == "displacement" else "")
     write_legend(figure, list(handles.values()), list(handles))
-    medians = "; ".join(
-        f"{method}: {np.median(values):.3f} m"
-        for method in methods
-        if (
-            values := [
-                one.displacement_m for one in believed if one.method == method and one.displacement_m is not None
-            ]
-        )
-    )
+    moved = {method: _displacements(believed, method) for method in methods}
+    medians = "; ".join(f"{method}: {np.median(found):.3f} m" for method, found in moved.items() if found)
     return Chart(
         "How far accepted answers are off",
         figure,
@@ -218,8 +215,12 @@ def _errors(answers: Answers) -> Chart | None:
     )
 
 
+def _displacements(answers: Sequence[ReportAnswer], method: str) -> list[float]:
+    return [one.displacement_m for one in answers if one.method == method and one.displacement_m is not None]
+
+
 def _calibration(answers: Answers) -> Chart | None:
-    drawn: list[tuple[str, np.ndarray, np.ndarray]] = []
+    drawn: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
     for method in methods_of(answers):
         here = [one for one in answers if one.method == method and not one.bent and one.confidence is not None]
         if len(here) >= LEAST_FOR_CALIBRATION and not method.endswith("as published"):
@@ -253,13 +254,13 @@ def _calibration(answers: Answers) -> Chart | None:
 
 def _time(answers: Answers) -> Chart | None:
     timed = [
-        (m, [one.seconds for one in answers if one.method == m and one.seconds is not None])
-        for m in methods_of(answers)
+        (method, seconds)
+        for method in methods_of(answers)
+        if (seconds := [one.seconds for one in answers if one.method == method and one.seconds is not None])
     ]
-    timed = [(method, seconds) for method, seconds in timed if seconds]
     if not timed:
         return None
-    figure, (panel,) = new_figure(1, width=8.0, height=1.1 + 0.45 * len(timed))
+    figure, (panel,) = new_figure(1, width=6.2, height=1.1 + 0.5 * len(timed))
     for row, (method, seconds) in enumerate(reversed(timed)):
         colour = series_colour(methods_of(answers).index(method))
         drawn = panel.boxplot(
@@ -275,8 +276,7 @@ def _time(answers: Answers) -> Chart | None:
         for part in (*drawn["medians"], *drawn["whiskers"], *drawn["caps"]):
             part.set(color=colour, linewidth=1.8)
     panel.set_yticks(range(len(timed)), [method for method, _ in reversed(timed)])
-    panel.set_xscale("log")
-    panel.xaxis.set_major_formatter("{x:g}")
+    logarithmic(panel, "x", (1.0, 2.0, 5.0))
     panel.grid(visible=False)
     panel.grid(axis="x", visible=True)
     write_axes(panel, "processor time of a pair [s]", "")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -23,6 +25,10 @@ from mapquilt.report.answer import ReportAnswer
 LONGEST = 480
 """Pixels of a picture's longer side."""
 MARGIN = 0.03
+SAMPLES = 2
+"""Points a side at which a pixel looks up a map."""
+KEPT = 64
+"""Maps that stay loaded: methods and pairs share them."""
 FARTHEST = 0.75
 """The source is shown no further off than so many diagonals of the target."""
 
@@ -46,13 +52,13 @@ class PairPictures:
 
 def pair_pictures(answer: ReportAnswer) -> PairPictures:
     """Draw one pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
-    target, source = (load_map(path).grid for path in (answer.target, answer.source))
+    target, source = _grid(answer.target), _grid(answer.source)
     places = [place for place in (answer.answer, answer.truth) if place is not None]
     canvas = _canvas(target, source, places)
     apart = [_canvas(target, source, [answer.runner_up])] if answer.runner_up is not None else []
     return PairPictures(
-        target=_address(_alone(target, TARGET)),
-        source=_address(_alone(source, SOURCE)),
+        target=_alone(answer.target, TARGET),
+        source=_alone(answer.source, SOURCE),
         by_answer=None if answer.answer is None else _address(_overlay(canvas, target, source, answer.answer)),
         by_truth=None if answer.truth is None else _address(_overlay(canvas, target, source, answer.truth)),
         by_runner_up=None
@@ -61,14 +67,24 @@ def pair_pictures(answer: ReportAnswer) -> PairPictures:
     )
 
 
-def _alone(grid: OccupancyGrid, wall: int) -> Kinds:
-    frame = _around(_corners(grid))
-    return _kinds(resampled(grid, Similarity2.identity(), frame), wall)
+@lru_cache(maxsize=KEPT)
+def _grid(path: Path) -> OccupancyGrid:
+    return load_map(path).grid
+
+
+@lru_cache(maxsize=8 * KEPT)
+def _alone(path: Path, wall: int) -> str:
+    grid = _grid(path)
+    return _address(_kinds(_looked_up(grid, Similarity2.identity(), _around(_corners(grid))), wall))
+
+
+def _looked_up(grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame) -> NDArray[np.float32]:
+    return resampled(grid, frame_from_grid, frame, SAMPLES)
 
 
 def _overlay(canvas: GridFrame, target: OccupancyGrid, source: OccupancyGrid, target_from_source: Similarity2) -> Kinds:
-    below = _kinds(resampled(target, Similarity2.identity(), canvas), TARGET)
-    above = _kinds(resampled(source, target_from_source, canvas), SOURCE)
+    below = _kinds(_looked_up(target, Similarity2.identity(), canvas), TARGET)
+    above = _kinds(_looked_up(source, target_from_source, canvas), SOURCE)
     shown = np.where(above > FREE, above, np.where(below == NOTHING, above, below))
     near = cv2.dilate((above == SOURCE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     shown[below == TARGET] = TARGET
@@ -109,7 +125,7 @@ def _address(kinds: Kinds) -> str:
     image = Image.fromarray(kinds[::-1].copy(), mode="P")
     image.putpalette([value for colour in COLOURS for value in colour])
     buffer = io.BytesIO()
-    image.save(buffer, format="PNG", transparency=NOTHING, optimize=True)
+    image.save(buffer, format="PNG", transparency=NOTHING, bits=4)
     return png_address(buffer.getvalue())
 
 

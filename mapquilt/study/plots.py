@@ -13,6 +13,7 @@ from mapquilt.benchmark.intervals import Interval
 from mapquilt.numbers import parse_number, parse_range
 from mapquilt.plot_style import (
     in_per_cent,
+    logarithmic,
     new_figure,
     series_colour,
     series_marker,
@@ -120,6 +121,7 @@ def errors_figure(results: StudyResults) -> Figure:
     figure = _grid(results, columns, ("median to 90th percentile [m]", "[degrees]", "[%]"))
     for panel in figure.axes:
         panel.set_yscale("symlog", linthresh=0.01)
+        panel.yaxis.set_major_formatter("{x:g}")
         panel.set_ylim(bottom=0.0)
     return figure
 
@@ -147,7 +149,7 @@ def time_figure(results: StudyResults) -> Figure:
 
     figure = _grid(results, [("processor time of a pair", of)], ("median, 10th to 90th percentile [s]",))
     for panel in figure.axes:
-        panel.set_yscale("log")
+        logarithmic(panel, "y", (1.0, 2.0, 5.0))
     return figure
 
 
