@@ -91,6 +91,13 @@ check: $(stamp)
 bench: $(stamp)
 	$(bin)/python -m mapquilt.bench
 
+places = office house warehouse maze corridor_loop cave open_hall outdoor
+
+study: $(stamp)
+	$(bin)/mapquilt study noise $(foreach place,$(places),--world $(place)) --missions 2 --workers 2 \
+	  --cache runs/missions --out runs/study
+	$(bin)/mapquilt report runs/study
+
 lock: $(stamp)
 	@$(call quote,$(PYTHON)) -m venv .venv/lock
 	@.venv/lock/bin/python -m pip --disable-pip-version-check --quiet install "uv>=0.5"
@@ -107,6 +114,7 @@ help:
 	@echo 'make regression         merge generated pairs of all world families, compare with tests/golden'
 	@echo 'make regression-update  rewrite tests/golden, and print what changed'
 	@echo 'make check     lint, format, types, import contracts'
+	@echo 'make study     sweep the noise level: tables, plots and a report in runs/study'
 	@echo 'make bench     measure the cost of each step'
 	@echo 'make install   only set up .venv (every verb above does, when needed)'
 	@echo 'make lock      pin the newest allowed versions in requirements.lock'

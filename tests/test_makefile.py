@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-VERBS = ("run", "sim", "merge", "score", "install", "test", "check", "bench", "lock", "clean", "help")
+VERBS = (
+    *("run", "sim", "merge", "score", "install", "test", "regression", "regression-update"),
+    *("check", "study", "bench", "lock", "clean", "help"),
+)
 
 
 @pytest.fixture

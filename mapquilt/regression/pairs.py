@@ -16,6 +16,7 @@ from mapquilt.sample import Sample, SampleSettings, make_sample
 from mapquilt.true_places import true_places
 from sim.mission import simulate
 from sim.mission_settings import MissionSettings
+from sim.starts import Starts
 from worlds.families import FAMILIES, make_world
 
 SEED = 20_090
@@ -25,6 +26,8 @@ SAMPLES = (
     ("noise-1", SampleSettings(noise=1.0, disguise=DisguiseRanges(), seed=SEED + 1)),
     ("noise-2", SampleSettings(noise=2.0, disguise=DisguiseRanges(), seed=SEED + 2)),
 )
+WIDE = 40.0
+"""Where a family is wider [m], robots begin close together, or a short mission would leave them nothing in common."""
 DECIMALS = 6
 """Of the truth, in the hash of a sample: rounding in its last bits makes no other sample."""
 
@@ -58,7 +61,8 @@ class RegressionPair:
 
 def family_samples(family: str) -> dict[str, Sample]:
     """One mission of the family, sensed at all levels: a function of its name alone."""
-    mission, _ = simulate(make_world(family, SEED), MissionSettings(ROBOTS, DURATION), SEED)
+    starts: Starts = "close" if FAMILIES[family].width >= WIDE else "random"
+    mission, _ = simulate(make_world(family, SEED), MissionSettings(ROBOTS, DURATION, starts), SEED)
     places = true_places(mission)
     return {name: make_sample(mission, settings, places) for name, settings in SAMPLES}
 

@@ -43,19 +43,19 @@ LEAST_FOR_CALIBRATION = 10
 Answers = tuple[ReportAnswer, ...]
 
 
-def common_charts(answers: Answers, has_success: bool) -> list[Chart]:
+def common_charts(answers: Answers, of_study: bool) -> list[Chart]:
     """Outcomes, success against noise and overlap, errors, calibration, time: those that there is something to draw
-    of. ``has_success`` says that success against what was varied is drawn already."""
+    of. A study has curves of its own for success and time."""
     merged = tuple(one for one in answers if one.accepted is not None)
     if not merged:
         return []
     found = [
         _outcomes(merged),
-        None if has_success else _against_noise(merged),
+        None if of_study else _against_noise(merged),
         _against_overlap(merged),
         _errors(merged),
         _calibration(merged),
-        _time(merged),
+        None if of_study else _time(merged),
     ]
     return [chart for chart in found if chart is not None]
 

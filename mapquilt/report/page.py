@@ -38,7 +38,7 @@ def render_page(content: Content, pictures: int, on_progress: Progress = lambda 
     """
     answers = content.answers
     gallery = draw_gallery(answers, pictures, on_progress)
-    charts = [*content.charts, *common_charts(answers, has_success=content.kind == "study")]
+    charts = [*content.charts, *common_charts(answers, of_study=content.kind == "study")]
     sheet = method_sheet(answers)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("mapquilt.report"),

@@ -82,7 +82,10 @@ def _interval(name: str, interval: Interval | None) -> dict[str, Any]:
 
 
 def _pair_row(names: Sequence[str], trial: PairTrial) -> dict[str, Any]:
-    record = _level(names, trial.level) | _but_level(dataclasses.asdict(trial))
+    told = _but_level(dataclasses.asdict(trial))
+    told["true_overlap"] = told.pop("overlap")
+    level = _level(names, trial.level)
+    record = level | told | level
     for name in ("answer", "truth", "runner_up"):
         place = record.pop(name) or (None,) * len(PLACE)
         record |= {f"{name}_{part}": value for part, value in zip(PLACE, place, strict=True)}

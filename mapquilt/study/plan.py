@@ -125,9 +125,13 @@ def plan_study(
     if not 0.0 <= min_overlap <= 1.0:
         raise ValueError(f"--min-overlap {min_overlap:g}: must lie between 0 and 1")
     _refuse_doubles("--method", [method.title for method in methods])
-    for _, setup in setups:
-        for world in worlds if setup.world is None else (setup.world,):
-            open_place(world, 0, setup.width, setup.height)
+    places = {
+        (name, setup.width, setup.height)
+        for _, setup in setups
+        for name in (worlds if setup.world is None else (setup.world,))
+    }
+    for name, width, height in sorted(places, key=str):
+        open_place(name, 0, width, height)
     for method in methods:
         start.merge(method.name, method.as_published)
     given = tuple((found.name, value) for found, value in (parse_assignment("--set", text) for text in fixed))
