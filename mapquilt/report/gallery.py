@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mapquilt.report.answer import OUTCOMES, ReportAnswer
-from mapquilt.report.pictures import pair_pictures
+from mapquilt.report.pictures import Painter
 
 Progress = Callable[[int, int], None]
 
@@ -20,9 +20,10 @@ class Gallery:
     images: list[str] = field(default_factory=list)
     shown: dict[int, dict[str, int | None]] = field(default_factory=dict)
     _places: dict[str, int] = field(default_factory=dict)
+    _painter: Painter = field(default_factory=Painter)
 
     def add(self, number: int, answer: ReportAnswer) -> None:
-        drawn = pair_pictures(answer)
+        drawn = self._painter.draw(answer)
         self.shown[number] = {
             "target": self._place(drawn.target),
             "source": self._place(drawn.source),

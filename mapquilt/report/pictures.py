@@ -50,32 +50,37 @@ class PairPictures:
     by_runner_up: str | None
 
 
-def pair_pictures(answer: ReportAnswer) -> PairPictures:
-    """Draw one pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
-    target, source = _grid(answer.target), _grid(answer.source)
-    places = [place for place in (answer.answer, answer.truth) if place is not None]
-    canvas = _canvas(target, source, places)
-    apart = [_canvas(target, source, [answer.runner_up])] if answer.runner_up is not None else []
-    return PairPictures(
-        target=_alone(answer.target, TARGET),
-        source=_alone(answer.source, SOURCE),
-        by_answer=None if answer.answer is None else _address(_overlay(canvas, target, source, answer.answer)),
-        by_truth=None if answer.truth is None else _address(_overlay(canvas, target, source, answer.truth)),
-        by_runner_up=None
-        if answer.runner_up is None
-        else _address(_overlay(apart[0], target, source, answer.runner_up)),
-    )
+class Painter:
+    """Draws pairs, and keeps the last maps, which methods and pairs share, for as long as it lives."""
+
+    def __init__(self) -> None:
+        self._grid = lru_cache(maxsize=KEPT)(_load)
+        self._alone = lru_cache(maxsize=8 * KEPT)(self._draw_alone)
+
+    def draw(self, answer: ReportAnswer) -> PairPictures:
+        """One pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
+        target, source = self._grid(answer.target), self._grid(answer.source)
+        canvas = _canvas(target, source, [place for place in (answer.answer, answer.truth) if place is not None])
+
+        def laid(place: Similarity2 | None, on: GridFrame) -> str | None:
+            return None if place is None else _address(_overlay(on, target, source, place))
+
+        other = answer.runner_up
+        return PairPictures(
+            target=self._alone(answer.target, TARGET),
+            source=self._alone(answer.source, SOURCE),
+            by_answer=laid(answer.answer, canvas),
+            by_truth=laid(answer.truth, canvas),
+            by_runner_up=None if other is None else laid(other, _canvas(target, source, [other])),
+        )
+
+    def _draw_alone(self, path: Path, wall: int) -> str:
+        grid = self._grid(path)
+        return _address(_kinds(_looked_up(grid, Similarity2.identity(), _around(_corners(grid))), wall))
 
 
-@lru_cache(maxsize=KEPT)
-def _grid(path: Path) -> OccupancyGrid:
+def _load(path: Path) -> OccupancyGrid:
     return load_map(path).grid
-
-
-@lru_cache(maxsize=8 * KEPT)
-def _alone(path: Path, wall: int) -> str:
-    grid = _grid(path)
-    return _address(_kinds(_looked_up(grid, Similarity2.identity(), _around(_corners(grid))), wall))
 
 
 def _looked_up(grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame) -> NDArray[np.float32]:

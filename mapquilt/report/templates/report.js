@@ -47,7 +47,7 @@
     const now = visible().length;
     count.textContent = now === rows.length ? `${rows.length} rows` : `${now} of ${rows.length} rows`;
   };
-  filters.addEventListener("input", filter);
+  for (const kind of ["input", "change"]) filters.addEventListener(kind, filter);
   filters.addEventListener("submit", (event) => event.preventDefault());
   filter();
 

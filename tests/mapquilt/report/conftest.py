@@ -27,6 +27,7 @@ QUIET = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--force-prefers-reduced-motion",
     "--window-size=1360,1000",
 )
 """A page of one's own in a container, and no calls home."""

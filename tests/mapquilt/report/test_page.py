@@ -158,7 +158,7 @@ def test_what_went_wrong_is_drawn_first_and_what_went_right_is_not_left_out():
     chosen = choose(answers, 20)
     assert len(set(chosen)) == 20
     assert chosen[0] == 100
-    assert sum(answers[k].outcome == "missed" for k in chosen) == 9
+    assert {"missed"} == {answers[k].outcome for k in chosen[1:10]}
     assert sum(answers[k].outcome == "right" for k in chosen) >= 5
     assert sorted(choose(answers, 500)) == list(range(101))
 

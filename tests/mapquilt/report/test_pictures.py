@@ -19,7 +19,7 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapquilt.palette import ROBOTS, WALL
 from mapquilt.report.answer import ReportAnswer
-from mapquilt.report.pictures import pair_pictures
+from mapquilt.report.pictures import Painter
 
 BLUE, ORANGE = (tuple(bytes.fromhex(colour[1:])) for colour in ROBOTS[:2])
 
@@ -49,7 +49,7 @@ def mask(image: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:
 
 
 def test_a_map_is_upright(pair):
-    walls = mask(pixels(pair_pictures(pair).target), BLUE)
+    walls = mask(pixels(Painter().draw(pair).target), BLUE)
     rows, cols = np.nonzero(walls)
     height, width = walls.shape
     assert height < width
@@ -58,13 +58,13 @@ def test_a_map_is_upright(pair):
 
 
 def test_maps_that_coincide_share_their_walls(pair):
-    image = pixels(pair_pictures(pair).by_truth)
+    image = pixels(Painter().draw(pair).by_truth)
     assert mask(image, WALL).sum() > 0.9 * (image[..., 3] == 255).sum() * (500 / 3200)
     assert mask(image, ORANGE).sum() < 0.02 * mask(image, WALL).sum()
 
 
 def test_the_source_lies_where_the_answer_puts_it(pair):
-    moved = pair_pictures(replace(pair, answer=Similarity2(0.0, 2.5, math.pi / 2, 0.5))).by_answer
+    moved = Painter().draw(replace(pair, answer=Similarity2(0.0, 2.5, math.pi / 2, 0.5))).by_answer
     image = pixels(moved)
     target, source = (np.argwhere(mask(image, colour)).mean(axis=0) for colour in (BLUE, ORANGE))
     assert source[0] < target[0]  # y is up
@@ -73,18 +73,18 @@ def test_the_source_lies_where_the_answer_puts_it(pair):
 
 
 def test_answer_and_truth_are_drawn_on_one_canvas(pair):
-    drawn = pair_pictures(replace(pair, answer=Similarity2(1.0, 3.0, 0.3, 1.2)))
+    drawn = Painter().draw(replace(pair, answer=Similarity2(1.0, 3.0, 0.3, 1.2)))
     assert pixels(drawn.by_answer).shape == pixels(drawn.by_truth).shape
     assert mask(pixels(drawn.by_answer), ORANGE).any()
 
 
 def test_what_is_far_off_does_not_shrink_the_rest_to_nothing(pair):
-    image = pixels(pair_pictures(replace(pair, answer=Similarity2(1e6, 0.0, 0.0, 1.0))).by_answer)
+    image = pixels(Painter().draw(replace(pair, answer=Similarity2(1e6, 0.0, 0.0, 1.0))).by_answer)
     assert mask(image, BLUE).sum() > 200
     assert max(image.shape) <= 500
 
 
 def test_what_is_unknown_is_transparent_and_what_was_not_proposed_is_not_drawn(pair):
-    drawn = pair_pictures(replace(pair, answer=None, truth=None))
+    drawn = Painter().draw(replace(pair, answer=None, truth=None))
     assert drawn.by_answer is drawn.by_truth is drawn.by_runner_up is None
     assert (pixels(drawn.target)[0, :, 3] == 0).all()
