@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from mapping.footprint import TRUE_RESOLUTION
 from mapping.robot_log import RobotTruth
 from mapping.scan import LidarScan
-from mapping.truth import TRUE_RESOLUTION
 from mapquilt.mission_cache import MissionCache
 from mapquilt.place import open_place
 from mapquilt.study.setup import Setup

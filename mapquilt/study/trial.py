@@ -19,6 +19,7 @@ from mapquilt.benchmark.trial import one_thread, warm_up
 from mapquilt.map_quality import map_quality
 from mapquilt.sample import Sample, make_sample
 from mapquilt.score import RIGHT, TransformError, transform_error
+from mapquilt.seen_slices import SeenSlices
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
 from mapquilt.study.setup import Setup
@@ -132,7 +133,8 @@ def _run(task: MissionTask, trials: MissionTrials) -> None:
                 missions[drive] = largest_mission(task.world, task.seed, by_drive[drive], task.cache)
             if place not in places:
                 cut = cut_mission(missions[drive], setup)
-                places[place] = cut, true_places(cut, setup.parts, setup.clear_range)
+                seen = SeenSlices(cut, (setup.parts,), setup.clear_range)
+                places[place] = cut, true_places(cut, setup.parts, seen)
             if maps not in samples:
                 samples = {maps: make_sample(places[place][0], setup.sample(task.sample_seed), places[place][1])}
         except ValueError as error:
