@@ -91,7 +91,7 @@ check: $(stamp)
 bench: $(stamp)
 	$(bin)/python -m mapquilt.bench
 
-places = office house warehouse maze corridor_loop cave open_hall outdoor
+places = office house warehouse maze corridor_loop open_hall
 
 study: $(stamp)
 	$(bin)/mapquilt study noise $(foreach place,$(places),--world $(place)) --missions 2 --workers 2 \

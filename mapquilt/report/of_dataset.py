@@ -57,5 +57,7 @@ def dataset_content(folder: Path) -> Content:
         ]
         if figures.is_file()
         else [],
-        notes=[] if merged else ["No sample has been merged in place: `mapquilt merge` and `score` take one each."],
+        notes=[]
+        if merged
+        else ["No sample has been merged in place; mapquilt merge does it, one by one."],
     )

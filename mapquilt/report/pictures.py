@@ -30,7 +30,7 @@ SAMPLES = 2
 KEPT = 64
 """Maps that stay loaded: methods and pairs share them."""
 FARTHEST = 0.75
-"""The source is shown no further off than so many diagonals of the target."""
+"""An answer is shown no further off than so many diagonals of the box around both maps."""
 
 NOTHING, FREE, TARGET, SOURCE, BOTH = range(5)
 COLOURS = ((0, 0, 0), (255, 255, 255), *(tuple(bytes.fromhex(colour[1:])) for colour in ROBOTS[:2]), WALL)
@@ -60,7 +60,7 @@ class Painter:
     def draw(self, answer: ReportAnswer) -> PairPictures:
         """One pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
         target, source = self._grid(answer.target), self._grid(answer.source)
-        canvas = _canvas(target, source, [place for place in (answer.answer, answer.truth) if place is not None])
+        canvas = _canvas(target, source, answer.truth, answer.answer)
 
         def laid(place: Similarity2 | None, on: GridFrame) -> str | None:
             return None if place is None else _address(_overlay(on, target, source, place))
@@ -71,7 +71,7 @@ class Painter:
             source=self._alone(answer.source, SOURCE),
             by_answer=laid(answer.answer, canvas),
             by_truth=laid(answer.truth, canvas),
-            by_runner_up=None if other is None else laid(other, _canvas(target, source, [other])),
+            by_runner_up=None if other is None else laid(other, _canvas(target, source, answer.truth, other)),
         )
 
     def _draw_alone(self, path: Path, wall: int) -> str:
@@ -104,10 +104,18 @@ def _kinds(log_odds: NDArray[np.float32], wall: int) -> Kinds:
     return kinds
 
 
-def _canvas(target: OccupancyGrid, source: OccupancyGrid, places: list[Similarity2]) -> GridFrame:
-    corners, reach = _corners(target), FARTHEST * target.known_diagonal
-    low, high = corners.min(axis=0) - reach, corners.max(axis=0) + reach
-    return _around(np.concatenate([corners, *(np.clip(place.apply(_corners(source)), low, high) for place in places)]))
+def _canvas(
+    target: OccupancyGrid, source: OccupancyGrid, truth: Similarity2 | None, answer: Similarity2 | None
+) -> GridFrame:
+    """Both maps whole where they truly lie, and the source where it is answered, or as much of that as is near."""
+    corners = _corners(target)
+    if truth is not None:
+        corners = np.concatenate([corners, truth.apply(_corners(source))])
+    if answer is not None:
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        reach = FARTHEST * float(np.hypot(*(high - low)))
+        corners = np.concatenate([corners, np.clip(answer.apply(_corners(source)), low - reach, high + reach)])
+    return _around(corners)
 
 
 def _around(points: NDArray[np.float64]) -> GridFrame:

@@ -97,7 +97,7 @@
     overlay.hidden = under === null;
     const alone = $("#alone", dialog);
     alone.hidden = both;
-    alone.textContent = told.negative ? "These maps show nothing in common: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
+    alone.textContent = told.negative ? "These maps show nothing in common: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : told.outcome === "not merged" ? "Not merged yet; shown is the truth." : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
     slider.value = 50; cut();
     const list_of_rows = visible().filter((one) => one.dataset.number in shown), at = list_of_rows.indexOf(row);
     $("#previous").disabled = at <= 0; $("#next").disabled = at < 0 || at === list_of_rows.length - 1;

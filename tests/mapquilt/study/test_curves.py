@@ -14,13 +14,13 @@ NOISES, POSES = ("0", "1", "3"), ("odometry", "truth")
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Three robots for twenty seconds in three worlds, at three levels of noise and with either poses."""
+    """Two robots for twenty seconds in four worlds, at three levels of noise and with either poses."""
     wanted = plan(
         f"noise={','.join(NOISES)}",
         f"poses={','.join(POSES)}",
-        fixed=("robots=3", "duration=20"),
+        fixed=("robots=2", "duration=20", "starts=close"),
         methods=("quilt",),
-        worlds=("house", "maze", "thesis_hall"),
+        worlds=("house", "maze", "thesis_hall", "office"),
         missions=1,
         seed=11,
     )
@@ -34,7 +34,7 @@ def share(results, noise: str, poses: str):
 @pytest.mark.slow
 def test_exact_maps_are_merged_wherever_they_overlap(results):
     exact = [t for t in asked(results.plan, results.pairs) if t.level == ("0", "truth") and t.overlap > 0.3]
-    assert len(exact) >= 4
+    assert len(exact) >= 3
     assert [t for t in exact if not (t.right and t.accepted)] == []
 
 
