@@ -36,10 +36,12 @@ from mapquilt.mission_options import (
 from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
+from mapquilt.report.command import report
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run
 from mapquilt.sample import Poses, SampleSettings
 from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
+from mapquilt.study.command import study
 from mapquilt.tables import merge_table, print_table, score_table
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.decision import MIN_CONFIDENCE, DecisionSettings
@@ -321,6 +323,8 @@ def _warn(warnings: tuple[str, ...]) -> None:
 app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
 app.command()(calibrate)
+app.command()(study)
+app.command()(report)
 
 
 def _version(wanted: bool) -> None:
