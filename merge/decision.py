@@ -28,8 +28,9 @@ class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
     - ``agreement``, ``lead``, ``threshold``: the log-odds of the right place are ``agreement`` times the agreement,
-      plus ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no
-      more, or a poor answer would pass for want of any other. Fitted to generated pairs by ``mapquilt calibrate``;
+      plus ``lead`` times what the best rival lies below it, less ``threshold``; an agreement above ``enough_agreement``
+      says no more (bent maps have no better), nor a lead above ``enough_lead`` (or a poor answer would pass for want of
+      any other). Fitted to generated pairs by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -39,14 +40,15 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 0.0
-    lead: float = 34.5
-    threshold: float = 3.9
+    agreement: float = 5.22
+    lead: float = 35.45
+    threshold: float = 6.47
+    enough_agreement: float = 0.5
     enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
-    min_agreement: float = 0.3
+    min_agreement: float = 0.4
     min_margin: float = 0.1
     min_confidence: float = MIN_CONFIDENCE
 
@@ -94,7 +96,7 @@ def lead_of(evidence: Evidence) -> float:
 
 def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
     """What ``agreement`` and ``lead`` weigh."""
-    return evidence.agreement, min(lead_of(evidence), settings.enough_lead)
+    return min(evidence.agreement, settings.enough_agreement), min(lead_of(evidence), settings.enough_lead)
 
 
 def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
