@@ -151,7 +151,8 @@ def _joins(first: Group, second: Group, edges: Sequence[Edge], fixed_scale: bool
             agreeing = [
                 edge
                 for edge in left
-                if edge is hypothesis or _supports(edge, hypothesis, first, second, hops_first, hops_second, fixed_scale)
+                if edge is hypothesis
+                or _supports(edge, hypothesis, first, second, hops_first, hops_second, fixed_scale)
             ]
             support = sum(edge.weight for edge in agreeing)
             if best is None or support > best[0]:

@@ -73,7 +73,13 @@ def _laid(
     """What the walls of a pair say where the poses lay it; None where none lie near one another."""
     target, source = chart(edge.target), chart(edge.source)
     now = poses[edge.target].inverse() @ poses[edge.source]
-    gate = _gate(target, source, now.scale, tolerances.get((min(edge.target, edge.source), max(edge.target, edge.source))), progress)
+    gate = _gate(
+        target,
+        source,
+        now.scale,
+        tolerances.get((min(edge.target, edge.source), max(edge.target, edge.source))),
+        progress,
+    )
     equations = _equations(target, source, on_charts(target, source, now), gate)
     hessian, gradient = equations[:, :4], equations[:, 4]
     if not hessian[0, 0] > 0.0:
@@ -91,7 +97,9 @@ def _laid(
 def _gate(target: Chart, source: Chart, scale: float, tolerance: float | None, progress: float) -> float:
     coarser = max(1.0, scale)
     last = max(LAST_GATE_CELLS * coarser, (tolerance or 0.0) * coarser)
-    first = max(last, FIRST_GATE_SHARE * min(target.diagonal, scale * source.diagonal), tolerance_cells(target, source, scale))
+    first = max(
+        last, FIRST_GATE_SHARE * min(target.diagonal, scale * source.diagonal), tolerance_cells(target, source, scale)
+    )
     return float(first * (last / first) ** progress)
 
 

@@ -75,4 +75,3 @@ def edge(pair: PairResult, indices: tuple[int, int], grounds: tuple[Ground, ...]
     """The edge of an answer, lower index first."""
     found = edge_of(pair, indices, grounds)
     return found if found.target < found.source else found.reversed()
-

@@ -175,7 +175,11 @@ class Team:
         for pair in open_pairs:
             if pair not in held:
                 self._put_aside(pair, pair in near)
-        return settled(Group(group.poses, tuple(edges)), edges, self.scale.fixed) if len(edges) > len(group.edges) else group
+        return (
+            settled(Group(group.poses, tuple(edges)), edges, self.scale.fixed)
+            if len(edges) > len(group.edges)
+            else group
+        )
 
     def _as_predicted(self, answer: PairResult, group: Group) -> bool:
         found = self.edge(answer)
@@ -219,7 +223,9 @@ class Team:
 
 
 def _ordered(maps: MapSet) -> MapSet:
-    order = sorted(range(len(maps)), key=lambda index: (canonical(maps.grids[index]), maps.grids[index].frame.resolution))
+    order = sorted(
+        range(len(maps)), key=lambda index: (canonical(maps.grids[index]), maps.grids[index].frame.resolution)
+    )
     return MapSet(
         tuple(maps.names[k] for k in order),
         tuple(maps.grids[k] for k in order),

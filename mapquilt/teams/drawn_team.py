@@ -121,7 +121,10 @@ def _draw_map(
     yaws = np.cumsum(settings.turn_drift * np.sqrt(moved) * rng.standard_normal(len(stops)))
     steps = np.diff(stops, axis=0, prepend=stops[:1])
     turned = np.stack(
-        (np.cos(yaws) * steps[:, 0] - np.sin(yaws) * steps[:, 1], np.sin(yaws) * steps[:, 0] + np.cos(yaws) * steps[:, 1]),
+        (
+            np.cos(yaws) * steps[:, 0] - np.sin(yaws) * steps[:, 1],
+            np.sin(yaws) * steps[:, 0] + np.cos(yaws) * steps[:, 1],
+        ),
         axis=-1,
     )
     drift = np.cumsum(settings.drift * np.sqrt(moved)[:, None] * rng.standard_normal((len(stops), 2)), axis=0)

@@ -65,7 +65,10 @@ def inject(team: DrawnTeam, share: float, rng: np.random.Generator, draws: int =
         right = [pair for pair in right if pair != taken]
         wrong.append(taken)
     charts = [make_sheet(grid, ()).chart for grid in team.maps.grids]
-    answers = [_answer(team, (a, b), (charts[a], charts[b]), draws if (a, b) in wrong else 0, rng) for a, b in sorted([*right, *wrong])]
+    answers = [
+        _answer(team, (a, b), (charts[a], charts[b]), draws if (a, b) in wrong else 0, rng)
+        for a, b in sorted([*right, *wrong])
+    ]
     names = team.maps.names
     return Injected(tuple(answers), frozenset((names[a], names[b]) for a, b in wrong))
 
@@ -103,7 +106,9 @@ def _redundant(number: int, right: list[Pair], rng: np.random.Generator) -> Pair
     return None
 
 
-def _answer(team: DrawnTeam, pair: Pair, charts: tuple[Chart, Chart], draws: int, rng: np.random.Generator) -> PairResult:
+def _answer(
+    team: DrawnTeam, pair: Pair, charts: tuple[Chart, Chart], draws: int, rng: np.random.Generator
+) -> PairResult:
     target, source = pair
     there, here = team.maps.grids[target], team.maps.grids[source]
     truth = team.truth(target, source)
