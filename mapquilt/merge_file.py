@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from mapping.similarity2 import Similarity2
 from mapquilt import run_folder
 from mapquilt.json_file import read_record, similarity_from_record, similarity_record
-from mapquilt.merge_inputs import MergeInputs, map_fingerprint
+from mapquilt.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from merge.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
@@ -172,22 +171,21 @@ class MergeAnswer:
     pairs: tuple[PairRecord, ...]
     groups: tuple[GroupRecord, ...] = ()
 
-    def of(self, names: Sequence[str]) -> MergeAnswer:
-        """What it says of those maps alone, as of a run's own, where others were added; as it is, where none were."""
-        told = {name for group in self.groups for name in group.reference_from_map}
-        if not set(names) < told:
-            return self
-        return MergeAnswer(
-            self.reference,
-            {name: place for name, place in self.reference_from_map.items() if name in names},
-            tuple(pair for pair in self.pairs if {pair.target, pair.source} <= set(names)),
-            tuple(
-                GroupRecord(
-                    group.reference,
-                    {name: place for name, place in group.reference_from_map.items() if name in names},
-                    group.merged,
-                )
-                for group in self.groups
+    added: frozenset[str] = frozenset()
+    """Maps that were added to the run's own: nothing is known of where they truly lie."""
+
+    def without_added(self) -> MergeAnswer:
+        """What it says of the run's own maps. The reference may still be one that was added."""
+
+        def own(placed: dict[str, Similarity2]) -> dict[str, Similarity2]:
+            return {name: place for name, place in placed.items() if name not in self.added}
+
+        return dataclasses.replace(
+            self,
+            reference_from_map=own(self.reference_from_map),
+            pairs=tuple(pair for pair in self.pairs if not {pair.target, pair.source} & self.added),
+            groups=tuple(
+                dataclasses.replace(group, reference_from_map=own(group.reference_from_map)) for group in self.groups
             ),
         )
 
@@ -201,7 +199,9 @@ def load_answer(path: Path) -> MergeAnswer:
         if entry["reference_from_map"] is not None
     }
     groups = tuple(_read_group(entry) for entry in record["groups"])
-    return MergeAnswer(record["reference"], placed, tuple(_read_pair(entry) for entry in record["pairs"]), groups)
+    pairs = tuple(_read_pair(entry) for entry in record["pairs"])
+    added = frozenset(entry["name"] for entry in record["maps"] if entry["file"].startswith(f"{INPUTS}/"))
+    return MergeAnswer(record["reference"], placed, pairs, groups, added)
 
 
 def _read_group(entry: dict[str, Any]) -> GroupRecord:

@@ -65,4 +65,4 @@ def workers_for(maps: int, workers: int | None) -> Iterator[Executor | None]:
     try:
         yield pool
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown(cancel_futures=True)

@@ -21,9 +21,9 @@ from mapquilt.truth_file import RunTruth
 @dataclass(frozen=True)
 class MergedScore:
     """How true a merged map is where its robots could look, on the true cells: ``iou_free`` is the intersection over
-    union of the free cells, ``f1_walls`` the harmonic mean of ``precision_walls`` (merged walls within one cell of a true
-    one) and ``recall_walls`` (true walls within one cell of a merged one). ``pose_error_m`` is the median over its maps
-    of the mean displacement of their known cells [m]. None where there is nothing to compare."""
+    union of the free cells, ``f1_walls`` the harmonic mean of ``precision_walls`` (merged walls within one cell of a
+    true one) and ``recall_walls`` (true walls within one cell of a merged one). ``pose_error_m`` is the median over its
+    maps of the mean displacement of their known cells [m]. None where there is nothing to compare."""
 
     reference: str
     maps: tuple[str, ...]

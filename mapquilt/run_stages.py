@@ -137,7 +137,7 @@ def score_run(run: Path) -> RunScore:
     if not merge_path.exists():
         raise ValueError(f"{merge_path}: no such file; run `mapquilt merge {run}` first")
     answer, truth = load_answer(merge_path), load_truth(run / run_folder.TRUTH_FILE)
-    answer = answer.of(maps.names)
+    answer = answer.without_added()
     _check_of_one_run(run, maps, answer, truth)
     start = time.perf_counter()
     groups = _merged_groups(run, answer)
@@ -172,7 +172,7 @@ def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTr
         if known.count(name) != 1:
             raise ValueError(f"{run / run_folder.TRUTH_FILE}: tells {known.count(name)} times of the map {name!r}")
     for name in (
-        answer.reference,
+        *({answer.reference} - answer.added),
         *answer.reference_from_map,
         *(n for p in answer.pairs for n in (p.target, p.source)),
     ):

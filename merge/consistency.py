@@ -8,6 +8,7 @@ that would come to lie on one another are heard before two groups are joined.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree, shortest_path
+from scipy.special import expit
 from scipy.stats import chi2
 
 from mapping.similarity2 import Similarity2
@@ -28,9 +30,11 @@ Place = Callable[[int, int, Similarity2], float]
 QUANTILE = 0.999
 """Of right answers so many pass as agreeing with one another."""
 
-IN_TRIANGLE, AGAINST_TRIANGLE = 1.5, -0.75
-"""Log-odds that an answer gains in a triangle of answers that agree, and loses in one that does not, where either of
-the others may be the wrong one (Zach et al. 2010)."""
+IN_TRIANGLE, AGAINST_TRIANGLE = 2.0, -2.0
+"""Log-odds that an answer gains in a triangle of answers that agree, and loses in one that does not, where the two
+others are right (after Zach et al. 2010)."""
+
+TURNS = 6
 
 SUREST, UNSUREST = 8.0, -4.0
 
@@ -110,21 +114,30 @@ _GATES = {unknowns: chi2.ppf(QUANTILE, unknowns) for unknowns in (3, 4)}
 
 
 def _weights(edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[float]:
-    """The log-odds of the edges once their own cells, and the triangles that they are in, have been heard."""
-    between = {(e.target, e.source): e for edge in edges for e in (edge, edge.reversed())}
+    """The log-odds of the edges once their own cells, and the triangles that they are in, have been heard.
+
+    A triangle says as much of an edge as its two others are believed, which is found by turns.
+    """
+    between = {(e.target, e.source): (k, e) for k, edge in enumerate(edges) for e in (edge, edge.reversed())}
     beside: dict[int, set[int]] = {}
     for target, source in between:
         beside.setdefault(target, set()).add(source)
-    told = []
-    for edge in edges:
-        weight = edge.weight + min(0.0, place(edge.target, edge.source, edge.target_from_source))
-        for third in beside[edge.target] & beside[edge.source]:
-            there, back = between[edge.target, third], between[third, edge.source]
-            predicted = there.target_from_source @ back.target_from_source
-            closes = agrees(edge, predicted, fixed_scale, _chained(there, back))
-            weight += IN_TRIANGLE if closes else AGAINST_TRIANGLE
-        told.append(min(SUREST, max(UNSUREST, weight)))
-    return told
+    alone = np.array([e.weight + min(0.0, place(e.target, e.source, e.target_from_source)) for e in edges])
+    triangles: list[tuple[int, int, int, float]] = []
+    for k, edge in enumerate(edges):
+        for third in sorted(beside[edge.target] & beside[edge.source]):
+            (i, there), (j, back) = between[edge.target, third], between[third, edge.source]
+            through = there.target_from_source @ back.target_from_source
+            closes = agrees(edge, through, fixed_scale, _chained(there, back))
+            triangles.append((k, i, j, IN_TRIANGLE if closes else AGAINST_TRIANGLE))
+    weights = alone
+    for _ in range(TURNS if triangles else 0):
+        believed = expit(weights)
+        told = alone.copy()
+        for k, i, j, says in triangles:
+            told[k] += says * believed[i] * believed[j]
+        weights = (weights + np.clip(told, UNSUREST, SUREST)) / 2.0
+    return [float(weight) for weight in np.clip(weights, UNSUREST, SUREST)]
 
 
 def _chained(there: Edge, back: Edge) -> NDArray[np.float64]:
@@ -146,7 +159,7 @@ def _joins(first: Group, second: Group, edges: Sequence[Edge], fixed_scale: bool
     hops_first, hops_second = _hops(first), _hops(second)
     found = []
     while left:
-        best: tuple[float, list[Edge], Edge] | None = None
+        best: tuple[float, list[Edge], Edge] = -math.inf, [], left[0]
         for hypothesis in left:
             agreeing = [
                 edge
@@ -155,9 +168,8 @@ def _joins(first: Group, second: Group, edges: Sequence[Edge], fixed_scale: bool
                 or _supports(edge, hypothesis, first, second, hops_first, hops_second, fixed_scale)
             ]
             support = sum(edge.weight for edge in agreeing)
-            if best is None or support > best[0]:
+            if support > best[0]:
                 best = support, agreeing, hypothesis
-        assert best is not None  # noqa: S101
         support, agreeing, chosen = best
         told = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
         found.append(_Join(told, tuple(agreeing), support))
@@ -327,9 +339,9 @@ def score(groups: Sequence[Group], edges: Sequence[Edge], place: Place, fixed_sc
     for group in groups:
         agreeing = {}
         for edge in edges:
-            if edge.target in group.poses and edge.source in group.poses:
-                if agrees(edge, predicted(group, edge.target, edge.source), fixed_scale):
-                    agreeing[min(edge.target, edge.source), max(edge.target, edge.source)] = edge.weight
+            inside = edge.target in group.poses and edge.source in group.poses
+            if inside and agrees(edge, predicted(group, edge.target, edge.source), fixed_scale):
+                agreeing[min(edge.target, edge.source), max(edge.target, edge.source)] = edge.weight
         for pair in combinations(sorted(group.poses), 2):
             told += agreeing[pair] if pair in agreeing else place(*pair, predicted(group, *pair))
     return told

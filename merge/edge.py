@@ -80,7 +80,7 @@ def edge_of(pair: PairResult, indices: tuple[int, int], grounds: Sequence[Ground
     floor = np.diag([FLOOR_SHARE * smaller, FLOOR_SHARE * smaller, FLOOR_TURN, FLOOR_GROWTH]) ** 2
     covariance = floor.copy()
     if pair.covariance is not None:
-        covariance += _local(pair, target, source)
+        covariance += _local(pair.target_from_source, pair.covariance, target, source)
     ceiling = CEILING_SHARE * smaller
     widest = float(np.linalg.eigvalsh(covariance[:2, :2]).max())
     covariance *= min(1.0, ceiling**2 / widest)
@@ -113,10 +113,8 @@ def difference(predicted: Similarity2, measured: Similarity2) -> NDArray[np.floa
     )
 
 
-def _local(pair: PairResult, target: Ground, source: Ground) -> NDArray[np.float64]:
+def _local(metric: Similarity2, parameters: NDArray[np.float64], target: Ground, source: Ground) -> NDArray[np.float64]:
     """The covariance of x, y, yaw and scale in metres as that of a move about the source's middle in local cells."""
-    assert pair.covariance is not None and pair.target_from_source is not None  # noqa: PT018, S101
-    metric, parameters = pair.target_from_source, np.asarray(pair.covariance)
     in_logs = np.diag([1.0, 1.0, 1.0, 1.0 / metric.scale])
     middle = metric.apply(np.array([source.metres_from_local.x, source.metres_from_local.y]))
     moved = about(middle - np.array([metric.x, metric.y])) @ in_logs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,9 +109,9 @@ def _equations(target: Chart, source: Chart, place: Similarity2, gate: float) ->
     on_target, back_weight = thinned(len(target.points), MOST_POINTS)
     equations = np.zeros((4, 5))
     matrix, centre = place.matrix(), place.apply(source.middle)
-    surfaces: Sequence = target.surface, source.surface  # type: ignore[type-arg]
-    add_equations(*surfaces, on_source, weight * place.scale, matrix, gate, LINE_SHARE, centre, equations)
+    there, here = target.surface, source.surface
+    add_equations(there, here, on_source, weight * place.scale, matrix, gate, LINE_SHARE, centre, equations)
     inverse = place.inverse().matrix()
     gate = gate / place.scale
-    add_equations_back(*surfaces, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations)
+    add_equations_back(there, here, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations)
     return equations

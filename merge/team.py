@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
@@ -28,6 +30,9 @@ ROUNDS = 2
 
 WORTH = 0.5
 """Log-odds from a glance at the cells from which a pair is judged again where the team puts it."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 
 class Team:
@@ -115,7 +120,7 @@ class Team:
         untried = [pair for pair in apart([list(group.poses) for group in groups]) if pair not in self.answers]
         return partners(self._promises, untried) if untried else []
 
-    def _promised(self, pairs: Sequence[Pair]) -> np.ndarray:
+    def _promised(self, pairs: Sequence[Pair]) -> NDArray[np.float64]:
         found = np.zeros((len(self.maps), len(self.maps)))
         tasks = [self.task(pair) for pair in pairs]
         for pair, value in zip(pairs, self._run(promise, tasks), strict=True):
@@ -211,7 +216,7 @@ class Team:
         in_order = sorted(self.answers, key=lambda pair: tuple(map(self.names.index, self.task(pair).names)))
         return [self.answers[pair] for pair in in_order]
 
-    def _run(self, function, tasks):  # type: ignore[no-untyped-def]
+    def _run(self, function: Callable[[Task, Shelf | None], Result], tasks: Sequence[Task]) -> list[Result]:
         self._planned += len(tasks)
 
         def step() -> None:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
 from mapping.grid import OccupancyGrid
 from mapping.log_odds import LogOddsMapper
-from mapping.map_set import MapSet
+from mapping.map_set import MapSet, Unit
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
@@ -75,15 +76,15 @@ def draw_team(world: World, settings: DrawnSettings, rng: np.random.Generator) -
             grid, truth = _draw_map(scene, travel, start, settings, rng)
             grids.append(grid)
             truths.append(truth)
+    unit: Unit = "m"
+    units = (unit,) * settings.maps
     names = tuple(f"map_{index}" for index in range(settings.maps))
     trusted = settings.scale_low == settings.scale_high == 1.0
-    return DrawnTeam(MapSet(names, tuple(grids), ("m",) * len(names), trusted), tuple(truths))
+    return DrawnTeam(MapSet(names, tuple(grids), units, trusted), tuple(truths))
 
 
 def _floor(raster: OccupancyGrid) -> NDArray[np.bool_]:
     """Coarse cells where a robot can stand, in the largest part that one can walk through."""
-    from scipy import ndimage
-
     clear = ndimage.distance_transform_edt(~raster.occupied) > CLEARANCE
     labels, number = ndimage.label(clear)
     sizes = ndimage.sum_labels(clear, labels, range(1, number + 1))

@@ -46,9 +46,11 @@ class Injected:
 
 
 def inject(team: DrawnTeam, share: float, rng: np.random.Generator, draws: int = 1) -> Injected | None:
-    """Answers of which ``share`` are wrong, as sure as the right ones. Without any one of the right ones the others still
-    join all maps, so that none need be lost; None where the maps overlap too little for that. Each wrong answer is, of so many ``draws``, the one whose
-    walls look best."""
+    """Answers of which ``share`` are wrong, as sure as the right ones.
+
+    Without any one of the right ones the others still join all maps, so that none need be lost; None where the maps
+    overlap too little for that. Each wrong answer is, of so many ``draws``, the one whose walls look best.
+    """
     overlaps = {pair: _overlap(team, *pair) for pair in combinations(range(len(team.maps)), 2)}
     right = [p for p, share in overlaps.items() if share >= LEAST_OVERLAP and rng.random() < ANSWERED]
     number = len(team.maps)
@@ -100,7 +102,7 @@ def _joined(number: int, pairs: list[Pair]) -> bool:
 
 def _redundant(number: int, right: list[Pair], rng: np.random.Generator) -> Pair | None:
     """A right pair without which the others still hold all maps."""
-    for k in rng.permutation(len(right)).tolist():
+    for k in map(int, rng.permutation(len(right))):
         if _held(number, [pair for pair in right if pair != right[k]]):
             return right[k]
     return None
