@@ -8,6 +8,7 @@ that would come to lie on one another are heard before two groups are joined.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -74,10 +75,8 @@ class _Join:
 
 def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Group]:
     """Groups of the maps 0 to ``maps`` - 1, in the order of their lowest members, each with the edges that hold."""
-    weights = _weights(edges, place, fixed_scale)
-    edges = [
-        Edge(e.target, e.source, e.target_from_source, e.covariance, w) for e, w in zip(edges, weights, strict=True)
-    ]
+    plain = edges
+    edges = _weighted(edges, place, fixed_scale)
     groups: dict[int, Group] = {index: Group({index: Similarity2.identity()}, ()) for index in range(maps)}
     joins: dict[tuple[int, int], list[_Join]] = {}
     for pair in combinations(sorted(groups), 2):
@@ -88,7 +87,7 @@ def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool
             break
         first, second = min(options)[1]
         join = joins[first, second].pop(0)
-        told = sum(edge.weight for edge in join.edges) + _heard(groups[first], groups[second], join, place)
+        told = _spoken(join, plain) + _heard(groups[first], groups[second], join, place, _ends(join.edges))
         if told <= 0.0:
             continue
         groups[first] = _joined(groups[first], groups.pop(second), join, edges, fixed_scale)
@@ -97,7 +96,7 @@ def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool
             if other != first:
                 pair = min(first, other), max(first, other)
                 joins[pair] = _joins(groups[pair[0]], groups[pair[1]], edges, fixed_scale)
-    return [_mended(groups[index], edges, place, fixed_scale) for index in sorted(groups)]
+    return [_mended(groups[index], plain, place, fixed_scale) for index in sorted(groups)]
 
 
 def agrees(edge: Edge, predicted: Similarity2, fixed_scale: bool, slack: NDArray[np.float64] | None = None) -> bool:
@@ -113,8 +112,8 @@ def agrees(edge: Edge, predicted: Similarity2, fixed_scale: bool, slack: NDArray
 _GATES = {unknowns: chi2.ppf(QUANTILE, unknowns) for unknowns in (3, 4)}
 
 
-def _weights(edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[float]:
-    """The log-odds of the edges once their own cells, and the triangles that they are in, have been heard.
+def _weighted(edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Edge]:
+    """The edges, by whose weights groups are joined: their own cells, and the triangles that they are in, are heard.
 
     A triangle says as much of an edge as its two others are believed, which is found by turns.
     """
@@ -137,7 +136,7 @@ def _weights(edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[flo
         for k, i, j, says in triangles:
             told[k] += says * believed[i] * believed[j]
         weights = (weights + np.clip(told, UNSUREST, SUREST)) / 2.0
-    return [float(weight) for weight in np.clip(weights, UNSUREST, SUREST)]
+    return [dataclasses.replace(e, weight=float(w)) for e, w in zip(edges, weights, strict=True)]
 
 
 def _chained(there: Edge, back: Edge) -> NDArray[np.float64]:
@@ -220,15 +219,26 @@ def _hops(group: Group) -> dict[tuple[int, int], float]:
     return {(a, b): float(lengths[at[a], at[b]]) for a in members for b in members}
 
 
-def _heard(first: Group, second: Group, join: _Join, place: Place) -> float:
-    """What the cells say of a join, for all pairs but those whose edges have spoken."""
-    spoken = {(edge.target, edge.source) for edge in join.edges}
-    told = 0.0
-    for a, first_from_a in first.poses.items():
-        for b, second_from_b in second.poses.items():
-            if (a, b) not in spoken:
-                told += place(a, b, first_from_a.inverse() @ join.first_from_second @ second_from_b)
-    return told
+def _heard(
+    first: Group, second: Group, join: _Join, place: Place, but: frozenset[frozenset[int]] = frozenset()
+) -> float:
+    """What the cells of all pairs across say of a join, ``but`` for some."""
+    return sum(
+        place(a, b, first_from_a.inverse() @ join.first_from_second @ second_from_b)
+        for a, first_from_a in first.poses.items()
+        for b, second_from_b in second.poses.items()
+        if frozenset((a, b)) not in but
+    )
+
+
+def _spoken(join: _Join, plain: Sequence[Edge]) -> float:
+    """What the answers of a join are worth each by itself."""
+    ends = _ends(join.edges)
+    return sum(edge.weight for edge in plain if frozenset((edge.target, edge.source)) in ends)
+
+
+def _ends(edges: Sequence[Edge]) -> frozenset[frozenset[int]]:
+    return frozenset(frozenset((edge.target, edge.source)) for edge in edges)
 
 
 def _joined(first: Group, second: Group, join: _Join, edges: Sequence[Edge], fixed_scale: bool) -> Group:
@@ -325,8 +335,7 @@ def _cut(group: Group, part: frozenset[int]) -> tuple[Group, Group]:
 
 def _is_now(join: _Join, group: Group) -> bool:
     """Whether a join says what the group already has: it holds one of its edges."""
-    ends = {frozenset((e.target, e.source)) for e in group.edges}
-    return any(frozenset((e.target, e.source)) in ends for e in join.edges)
+    return bool(_ends(group.edges) & _ends(join.edges))
 
 
 def _connected(group: Group, held: Sequence[Edge]) -> bool:
@@ -334,14 +343,12 @@ def _connected(group: Group, held: Sequence[Edge]) -> bool:
 
 
 def score(groups: Sequence[Group], edges: Sequence[Edge], place: Place, fixed_scale: bool) -> float:
-    """What speaks for maps lying so: the weights of the edges that agree, and for other pairs what their cells say."""
+    """What speaks for maps lying so: the weights of the edges that agree, and what the cells of every pair say."""
     told = 0.0
     for group in groups:
-        agreeing = {}
         for edge in edges:
             inside = edge.target in group.poses and edge.source in group.poses
             if inside and agrees(edge, predicted(group, edge.target, edge.source), fixed_scale):
-                agreeing[min(edge.target, edge.source), max(edge.target, edge.source)] = edge.weight
-        for pair in combinations(sorted(group.poses), 2):
-            told += agreeing[pair] if pair in agreeing else place(*pair, predicted(group, *pair))
+                told += edge.weight
+        told += sum(place(*pair, predicted(group, *pair)) for pair in combinations(sorted(group.poses), 2))
     return told

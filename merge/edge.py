@@ -22,6 +22,9 @@ its own part of maps that drift."""
 FLOOR_TURN = math.radians(0.7)
 FLOOR_GROWTH = 0.01
 
+LEAST_WEIGHT = 0.2
+"""Log-odds of an answer that was accepted however unsure it is."""
+
 CEILING_SHARE = 0.05
 """An answer is no less certain than by this share, or anything would agree with it."""
 
@@ -84,10 +87,10 @@ def edge_of(pair: PairResult, indices: tuple[int, int], grounds: Sequence[Ground
     ceiling = CEILING_SHARE * smaller
     widest = float(np.linalg.eigvalsh(covariance[:2, :2]).max())
     covariance *= min(1.0, ceiling**2 / widest)
-    return Edge(*indices, local, covariance, log_odds(pair.confidence))
+    return Edge(*indices, local, covariance, max(LEAST_WEIGHT, log_odds(pair.confidence)))
 
 
-def log_odds(confidence: float, most: float = 4.0) -> float:
+def log_odds(confidence: float, most: float = 3.0) -> float:
     """Of a confidence; no answer is so sure that others cannot outweigh it."""
     bounded = min(max(confidence, 1e-9), 1.0 - 1e-9)
     return min(most, max(-most, math.log(bounded / (1.0 - bounded))))
