@@ -14,6 +14,7 @@ ONE_WAY = "too little structure: the walls in common all run one way, and the an
 OVERLAP = "too little overlap"
 CONTRADICTION = "walls contradict free space"
 RIVAL = "two answers equally good"
+INEXACT = "the place is found, but too little structure in common to tell it exactly"
 
 
 MIN_CONFIDENCE = 0.7
@@ -26,10 +27,9 @@ MISSING = 2.0
 class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``lead``, ``threshold``: the log-odds of being right are ``agreement`` times the agreement, plus
+    - ``agreement``, ``lead``, ``threshold``: the log-odds of the right place are ``agreement`` times the agreement, plus
       ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no more,
-      or a poor answer would pass for want of any other. Set by hand, stricter than what ``mapquilt calibrate``
-      fits, which accepts more wrong answers from short missions: a confidence is not yet a probability;
+      or a poor answer would pass for want of any other. Fitted to generated pairs by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -39,9 +39,9 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 8.6
-    lead: float = 38.0
-    threshold: float = 10.0
+    agreement: float = 0.0
+    lead: float = 34.5
+    threshold: float = 3.9
     enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
@@ -70,15 +70,19 @@ class Decision:
 def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) -> Decision:
     """Accept where the answer is sure enough and nothing that must be there is missing.
 
-    The confidence rises with every piece of evidence. A refusal names what is missing most: a rival, where one takes
-    from what the answer would be worth by itself.
+    The confidence is the chance that the place is the right one, times that of its being told exactly enough; it rises
+    with every piece of evidence. A refusal names what is missing most: a rival, where one takes from what the answer
+    would be worth by itself.
     """
-    odds, reason = _log_odds(evidence, settings, lead_of(evidence)), _lacking(evidence, settings)
+    odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
         if value < needed:
             odds, reason = min(odds, value / needed - 1.0 - MISSING), missing
             break
-    confidence = _confidence(odds)
+    place = float(expit(odds))
+    confidence = place * evidence.exactness
+    if place >= settings.min_confidence:
+        reason = INEXACT
     accepted = confidence >= settings.min_confidence
     return Decision(accepted, confidence, None if accepted else reason)
 
@@ -88,13 +92,14 @@ def lead_of(evidence: Evidence) -> float:
     return max(0.0, evidence.agreement - evidence.rival_agreement)
 
 
-def _log_odds(evidence: Evidence, settings: DecisionSettings, lead: float) -> float:
-    counted = min(lead, settings.enough_lead)
-    return settings.agreement * evidence.agreement + settings.lead * counted - settings.threshold
+def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
+    """What ``agreement`` and ``lead`` weigh."""
+    return evidence.agreement, min(lead_of(evidence), settings.enough_lead)
 
 
-def _confidence(log_odds: float) -> float:
-    return float(expit(log_odds))
+def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
+    agreement, lead = features(evidence, settings)
+    return settings.agreement * agreement + settings.lead * lead - settings.threshold
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:

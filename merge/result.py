@@ -31,6 +31,8 @@ class Evidence:
     - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
     - ``agreement``: the number that ranks candidates, 0 to 1;
     - ``rival_agreement``: that of the best distinct other candidate, 0 where there was none;
+    - ``exactness``: the chance, by the covariance that comes with the answer, that a right place is told within 2
+      degrees of rotation and 3 % of scale: little common ground says where, but not how exactly;
     - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
     - ``votes``: how many proposals ended in this answer.
     """
@@ -45,6 +47,7 @@ class Evidence:
     spread: float
     agreement: float
     rival_agreement: float
+    exactness: float
     matches: int | None
     inliers: int | None
     votes: int
