@@ -13,7 +13,7 @@ from merge.candidates import Candidate, candidates, distinct, finished, is_rival
 from merge.cells import compare_cells
 from merge.chart import Chart
 from merge.decision import BARE, Decision, DecisionSettings, decide, lead_of
-from merge.proposer import Proposer
+from merge.proposer import Proposal, Proposer
 from merge.result import Evidence
 from merge.scale_range import ScaleRange
 from merge.uncertainty import Uncertainty, uncertainty
@@ -158,3 +158,20 @@ def _evidence(
         inliers=best.proposal.inliers,
         votes=best.proposal.votes,
     )
+
+
+def answer_near(
+    target: Sheet,
+    source: Sheet,
+    places: Sequence[Similarity2],
+    scale: ScaleRange,
+    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
+) -> PairAnswer:
+    """Verify, refine and decide where it is known from elsewhere that the source lies near one of these places: no
+    place far off is its rival."""
+    charts = target.chart, source.chart
+    if min(len(chart.points) for chart in charts) < MIN_SURFACE_POINTS:
+        return PairAnswer(None, None, Decision(False, 0.0, BARE))
+    rough = candidates(*charts, [Proposal(place) for place in places], scale)
+    found = finished(*charts, rough[:FINALISTS], scale)
+    return _best(*charts, found, scale, settings)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,9 @@ class Alternative:
     agreement: float
 
 
+DecidedBy = Literal["pair", "team", "prior"]
+
+
 @dataclass(frozen=True, eq=False)
 class PairResult:
     """The answer for one pair, ``target`` being the earlier map.
@@ -83,6 +87,8 @@ class PairResult:
     evidence: Evidence | None
     covariance: NDArray[np.float64] | None = None
     alternatives: tuple[Alternative, ...] = ()
+    decided_by: DecidedBy = "pair"
+    pair_reason: str | None = None
 
     def __post_init__(self) -> None:
         if self.covariance is not None:
@@ -93,19 +99,40 @@ class PairResult:
 
 
 @dataclass(frozen=True, eq=False)
+class MergedGroup:
+    """Maps that were joined: ``reference_from_map`` holds their transforms, metric as in :class:`PairResult`, the
+    reference's own identity among them; ``merged`` lies in the reference map's frame, ``conflicts`` on the same cells
+    (:class:`merge.fusion.Fused`)."""
+
+    reference: str
+    reference_from_map: Mapping[str, Similarity2]
+    merged: OccupancyGrid
+    conflicts: OccupancyGrid
+
+
+@dataclass(frozen=True, eq=False)
 class MergeResult:
     """The answer for a team.
 
-    ``pairs`` holds one answer per unordered pair. ``reference_from_map`` holds the transforms, metric as in
-    :class:`PairResult`, of the maps that were joined, the reference's own identity among them; ``left_out`` says of
-    every other map why not. ``merged`` lies in the reference map's frame. ``confidence_calibrated`` is False while a
-    confidence only orders answers and is no probability.
+    ``pairs`` holds one answer per unordered pair. ``groups`` are the maps that were joined, each map in one of them,
+    that of the reference first, else the largest. What follows is told of the first group; ``left_out`` says of every
+    map outside it why. ``confidence_calibrated`` is False while a confidence only orders answers and is no probability.
     """
 
     names: tuple[str, ...]
     pairs: tuple[PairResult, ...]
-    reference: str
-    reference_from_map: Mapping[str, Similarity2]
-    left_out: Mapping[str, str]
-    merged: OccupancyGrid
+    groups: tuple[MergedGroup, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
     confidence_calibrated: bool = False
+
+    @property
+    def reference(self) -> str:
+        return self.groups[0].reference
+
+    @property
+    def reference_from_map(self) -> Mapping[str, Similarity2]:
+        return self.groups[0].reference_from_map
+
+    @property
+    def merged(self) -> OccupancyGrid:
+        return self.groups[0].merged
