@@ -17,6 +17,7 @@ from merge.proposer import Proposal, Proposer
 from merge.result import Evidence
 from merge.scale_range import ScaleRange
 from merge.uncertainty import Uncertainty, uncertainty
+from merge.walls import TOLERANCE_SHARES
 
 NOTHING_PROPOSED = "nothing was proposed"
 MIN_SURFACE_POINTS = 20
@@ -150,6 +151,7 @@ def _evidence(
         overlap=cells.overlap,
         matched_walls_cells=walls.on_walls,
         tolerance_cells=walls.tolerance,
+        tolerance_share=TOLERANCE_SHARES[level],
         spread=walls.spread,
         agreement=walls.agreement,
         rival_agreement=rival_agreement,

@@ -27,6 +27,8 @@ class Evidence:
     - ``overlap``: that area as a share of what the map that knows less knows;
     - ``tolerance_cells``: how far apart, in cells of the coarser map, two walls may lie here and still be one: the
       less, the crisper the maps;
+    - ``tolerance_share``: the same as a share of the smaller map's diagonal, one of
+      :data:`merge.walls.TOLERANCE_SHARES`;
     - ``matched_walls_cells``: length of the walls on walls, in cells of the coarser map;
     - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
     - ``agreement``: the number that ranks candidates, 0 to 1;
@@ -43,6 +45,7 @@ class Evidence:
     common_known_cells: float
     overlap: float
     tolerance_cells: float
+    tolerance_share: float
     matched_walls_cells: float
     spread: float
     agreement: float

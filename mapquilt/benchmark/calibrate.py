@@ -14,7 +14,7 @@ from mapping.seeds import Role, stream
 from mapquilt.benchmark.calibration import Calibration, calibration
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
 from mapquilt.benchmark.files import calibration_record
-from mapquilt.benchmark.fitting import fit_decision, judged_again
+from mapquilt.benchmark.fitting import FITTED, fit_decision, judged_again
 from mapquilt.benchmark.folder import RELIABILITY_PICTURE
 from mapquilt.benchmark.reliability import reliability_figure
 from mapquilt.benchmark.run import run_benchmark
@@ -56,8 +56,7 @@ def calibrate(
     with folder_aside(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", decision_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
-    constants = ("agreement", "lead", "threshold")
-    print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in constants))
+    print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
         f"{out}: on {checked.pairs} pairs of {check}: expected calibration error {checked.ece:.3f}, "

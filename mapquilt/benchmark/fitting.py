@@ -15,12 +15,16 @@ from merge.decision import DecisionSettings, decide, features
 from merge.result import Evidence
 
 RIDGE = 1e-3
+FITTED = ("agreement", "lead", "contradiction", "threshold")
+SIGNS = np.array([1.0, 1.0, -1.0])
+"""Contradiction takes from the log-odds."""
+
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood, none of them negative
-    (logistic regression).
+    """``start`` with ``agreement``, ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, none of them
+    negative (logistic regression).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
     third each. What is fitted is the chance that the place is the right one (:data:`mapquilt.score.FOUND`), so that
@@ -34,9 +38,9 @@ def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSett
     if right.all() or not right.any():
         raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
     weights = _weights([_group(trial) for trial, _ in judged])
-    told = np.array([features(evidence, start) for _, evidence in judged])
-    agreement, lead, threshold = _logistic(told, right, weights)
-    return dataclasses.replace(start, agreement=agreement, lead=lead, threshold=threshold)
+    told = np.array([features(evidence, start) for _, evidence in judged]) * SIGNS
+    fitted = dict(zip(FITTED, _logistic(told, right, weights), strict=True))
+    return dataclasses.replace(start, **fitted)
 
 
 def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:
@@ -61,7 +65,7 @@ def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
     evidence = trial.answers[0].evidence
     if evidence is None or not (trial.negative or trial.pair.identifiable):
         return []
-    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, threshold=0.0, min_confidence=0.5)
+    even = dataclasses.replace(settings, **dict.fromkeys(FITTED, 0.0), min_confidence=0.5)
     return [evidence] if decide(dataclasses.replace(evidence, exactness=1.0), even).accepted else []
 
 

@@ -12,6 +12,7 @@ GOOD = Evidence(
     common_known_cells=20000.0,
     overlap=0.5,
     tolerance_cells=4.0,
+    tolerance_share=0.002,
     matched_walls_cells=900.0,
     spread=0.45,
     agreement=0.72,
@@ -71,6 +72,14 @@ def test_more_evidence_never_lowers_the_confidence(name, worse_to_better):
 def test_a_bad_bound_is_named(name, value):
     with pytest.raises(ValueError, match=f"{name} is {value}"):
         DecisionSettings(**{name: value})
+
+
+def test_walls_in_free_space_have_no_excuse_where_maps_are_crisp_and_said_to_share_much():
+    def confidence(**change):
+        return decide(dataclasses.replace(GOOD, **{"walls_in_free": 0.2, "overlap": 0.9} | change)).confidence
+
+    assert confidence() < confidence(overlap=0.3) < confidence(walls_in_free=0.0)
+    assert confidence(tolerance_share=0.014) == confidence(walls_in_free=0.0)
 
 
 def test_no_walls_in_a_length_is_refused_without_a_fault():
