@@ -13,6 +13,7 @@ from merge.baselines.plain_orb import PlainOrb
 from merge.baselines.random_walk import RandomWalk
 from merge.baselines.stitching import Stitching
 from merge.facing import Facing
+from merge.morphology.method import Morphology
 from merge.orb import Orb
 from merge.proposer import Proposer
 from merge.published import Published
@@ -22,6 +23,7 @@ PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
     {
         "quilt": (Orb(), Facing()),
         "sift": (Sift(),),
+        "morphology": (Morphology(),),
         "orb": (PlainOrb(),),
         "stitching": (Stitching(),),
         "hough": (Hough(),),
@@ -34,6 +36,7 @@ PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
 
 PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType(
     {
+        "morphology": Morphology(),
         "orb": PlainOrb(),
         "stitching": Stitching(),
         "hough": Hough(),
