@@ -23,6 +23,7 @@ PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
     {
         "quilt": (Orb(), Facing()),
         "sift": (Sift(),),
+        "sift_orb": (Sift("orb"),),
         "morphology": (Morphology(),),
         "orb": (PlainOrb(),),
         "stitching": (Stitching(),),
@@ -36,6 +37,8 @@ PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
 
 PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType(
     {
+        "sift": Sift.as_published(),
+        "sift_orb": Sift.as_published("orb"),
         "morphology": Morphology(),
         "orb": PlainOrb(),
         "stitching": Stitching(),

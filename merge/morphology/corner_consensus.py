@@ -67,7 +67,7 @@ def agreements(
     source: Cells,
     turns: Sequence[float] | None,
     scale: ScaleRange,
-    settings: ConsensusSettings = ConsensusSettings(),  # noqa: B008
+    settings: ConsensusSettings = ConsensusSettings(),
 ) -> list[Agreement]:
     """Distinct similarities that many corner pairs agree on, most first; empty where nothing has enough.
 
@@ -112,7 +112,7 @@ def _complex(points: Cells) -> Complex:
 
 @njit(cache=True)
 def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks: int) -> Complex:
-    """Votes, turn and shift (K, 3) of the strongest shifts of each turn; bins are ``gate`` wide and added up two by two."""
+    """Votes, turn and shift (K, 3) of the strongest shifts of each turn; bins, ``gate`` wide, count two by two."""
     found = np.zeros((len(turns) * peaks, 3), np.complex128)
     for t in range(len(turns)):
         moved = source * turns[t]
@@ -164,7 +164,8 @@ def _refitted(
 
 def _partners(tree: cKDTree, moved: Cells, gate: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Indices of target and source corners that are nearest to each other, no farther than ``gate``."""
-    distance, nearest = tree.query(moved, distance_upper_bound=gate)
+    found = tree.query(moved, distance_upper_bound=gate)
+    distance, nearest = np.asarray(found[0], np.float64), np.asarray(found[1], np.intp)
     order = np.argsort(distance, kind="stable")
     order = order[np.isfinite(distance[order])]
     there, first = np.unique(nearest[order], return_index=True)

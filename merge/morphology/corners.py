@@ -23,10 +23,11 @@ def corners(structure: Image, half: int) -> NDArray[np.float64]:
     two corners follow the size of a tile, 2 ``half`` + 1.
     """
     tile = 2 * half + 1
-    lines = cv2.dilate(structure, np.ones((3, 3), np.uint8))
+    margin = 2 * tile + 5  # what the refinement needs around its window
+    lines = cv2.dilate(np.pad(structure, margin), np.ones((3, 3), np.uint8))
     found = cv2.goodFeaturesToTrack(lines, MOST_CORNERS, QUALITY, 2 * tile, blockSize=2 * tile + 1)
     if found is None:
         return np.empty((0, 2))
     sharp = cv2.cornerSubPix(lines, found.copy(), (tile, tile), (-1, -1), STOP)
     near = np.abs(sharp - found).max(axis=-1, keepdims=True) <= 2 * tile
-    return np.where(near, sharp, found)[:, 0].astype(np.float64)
+    return np.where(near, sharp, found)[:, 0].astype(np.float64) - margin

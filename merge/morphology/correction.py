@@ -60,6 +60,4 @@ def corrected(picture: Image) -> Correction:
     points = interest_points(mended, half)
     structure = main_structure(dilated(mended, half), points, half, direction.clear)
     found = corners(structure, half)
-    return Correction(
-        picture, walls, direction, turned, thickness, closing, mended, half, points, structure, found
-    )
+    return Correction(picture, walls, direction, turned, thickness, closing, mended, half, points, structure, found)

@@ -72,10 +72,10 @@ def _linked(
 @njit(cache=True)
 def _nearest(points: NDArray[np.intp], left: NDArray[np.bool_], u: int, v: int, window: int) -> int:
     best, found = np.inf, -1
-    for k in range(len(points)):
+    for k in range(np.searchsorted(points[:, 1], v - window), len(points)):  # they are sorted by v
         du, dv = points[k, 0] - u, points[k, 1] - v
         if dv > window:
-            break  # points are sorted by v
+            break
         if left[k] and abs(du) <= window and abs(dv) <= window and du * du + dv * dv < best:
             best, found = du * du + dv * dv, k
     return found
@@ -96,11 +96,13 @@ def _on_wall(walls: NDArray[np.uint8], u: int, v: int, end_u: int, end_v: int) -
 def _line(drawn: NDArray[np.uint8], u: int, v: int, end_u: int, end_v: int) -> None:
     steps = max(abs(end_u - u), abs(end_v - v), 1)
     for k in range(steps + 1):
-        drawn[int(round(v + k * (end_v - v) / steps)), int(round(u + k * (end_u - u) / steps))] = WALL
+        col, row = round(u + k * (end_u - u) / steps), round(v + k * (end_v - v) / steps)
+        drawn[int(row), int(col)] = WALL
 
 
 @njit(cache=True)
 def _square(drawn: NDArray[np.uint8], u: int, v: int, half: int) -> None:
-    for offset in range(-half, half + 1):
-        for row, col in ((v - half, u + offset), (v + half, u + offset), (v + offset, u - half), (v + offset, u + half)):
-            drawn[row, col] = WALL
+    for row in range(max(0, v - half), min(drawn.shape[0], v + half + 1)):
+        for col in range(max(0, u - half), min(drawn.shape[1], u + half + 1)):
+            if abs(row - v) == half or abs(col - u) == half:
+                drawn[row, col] = WALL

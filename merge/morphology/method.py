@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
-from merge.cells import compare_cells
 from merge.chart import Chart
-from merge.decision import Decision
 from merge.morphology.corner_consensus import Agreement, ConsensusSettings, agreements
 from merge.morphology.correction import Correction, corrected
 from merge.morphology.wall_icp import IcpSettings, WallCells, icp
@@ -19,6 +17,7 @@ from merge.pair import PairAnswer
 from merge.picture import cells_from_pixels, trinary_picture
 from merge.proposer import Proposal
 from merge.published import nothing_found
+from merge.sampled_pairs import believed_by_index
 from merge.scale_range import ScaleRange
 
 
@@ -81,9 +80,9 @@ class Morphology:
         best = nothing_found()
         for each in one_a_quarter(self.agreed(target, source, scale)):
             settled = icp(target.walls, source.walls, each.target_from_source, scale, self.icp)
-            index = compare_cells(target.grid, source.grid, settled).acceptance_index
-            if index is not None and index > best.decision.confidence:
-                best = PairAnswer(settled, None, Decision(True, index, None))
+            answer = believed_by_index(target.grid, source.grid, settled)
+            if answer.decision.confidence > best.decision.confidence:
+                best = answer
         return best
 
     def agreed(self, target: CorrectedMap, source: CorrectedMap, scale: ScaleRange) -> list[Agreement]:

@@ -38,9 +38,7 @@ class WallCells:
         index[labels[elsewhere == 0]] = np.arange(len(points))
         return WallCells(points, index[labels], margin)
 
-    def partners(
-        self, points: NDArray[np.float64], gate: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    def partners(self, points: NDArray[np.float64], gate: float) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """The nearest wall cells of points (M, 2), and whether each lies within ``gate`` cells."""
         cells = np.floor(points).astype(np.intp)[:, ::-1] + self.margin
         inside = np.all((cells >= 0) & (cells < np.array(self.nearest.shape)), axis=1)
@@ -52,8 +50,8 @@ class WallCells:
 
 @dataclass(frozen=True)
 class IcpSettings:
-    """``gate_cells`` of the coarser map is Chen's 10 pixels; it closes to ``least_gate_cells`` by halves, once the steps
-    at one gate have come to rest. ``points`` is a sample of the source's wall cells."""
+    """``gate_cells`` of the coarser map is Chen's 10 pixels; it closes to ``least_gate_cells`` by halves, once the
+    steps at one gate have come to rest. ``points`` is a sample of the source's wall cells."""
 
     gate_cells: float = 10.0
     least_gate_cells: float = 2.5
@@ -72,7 +70,7 @@ def icp(
     source: WallCells,
     start: Similarity2,
     scale: ScaleRange,
-    settings: IcpSettings = IcpSettings(),  # noqa: B008
+    settings: IcpSettings = IcpSettings(),
 ) -> Similarity2:
     """The similarity, cells to cells, that wall cells within the gate settle at, from ``start``; ``start`` itself where
     fewer than three have a partner.

@@ -19,8 +19,8 @@ THICK_SHARE = 0.9
 
 @dataclass(frozen=True)
 class WallThickness:
-    """Of a picture's walls [pixels], at least 1: the ``usual`` one, and the ``thick`` one that nine tenths of the walls'
-    length keeps within."""
+    """Of a picture's walls [pixels], at least 1: the ``usual`` one, and the ``thick`` one that nine tenths of their
+    length keep within."""
 
     usual: int
     thick: int
