@@ -94,7 +94,7 @@ def _centred(walls: NDArray[np.uint8], points: NDArray[np.int64], half: int) -> 
             col = (left + right) // 2
         elif bottom - top < right - left:
             row = (top + bottom) // 2
-        else:
+        elif walls[(top + bottom) // 2, (left + right) // 2] != 0:  # a pillar has its middle both ways
             row, col = (top + bottom) // 2, (left + right) // 2
         moved[k] = col, row
     return moved
