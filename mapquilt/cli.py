@@ -33,6 +33,7 @@ from mapquilt.mission_options import (
     StartOption,
     parse_mission,
 )
+from mapquilt.morphology.debug import METHOD, refuse_debug, show_steps
 from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
@@ -225,11 +226,19 @@ def merge(
         Path | None,
         typer.Option(parser=path, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
     ] = None,
+    debug: Annotated[
+        Path | None,
+        typer.Option(
+            "--debug", metavar="DIR", parser=path, help="With --method morphology: folder for a picture of every step."
+        ),
+    ] = None,
     unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
     """Find the transforms between maps, and merge them into one."""
     settings = MergeSettings(method, searched_scales(scale), as_published, _decision(min_confidence, as_published))
+    if debug is not None:
+        refuse_debug(debug, settings, maps)
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
@@ -247,6 +256,8 @@ def merge(
             result = merge_maps(loaded, settings, seed, on_progress)
         if out is not None:
             write_merge(out, loaded, settings, seed, result)
+    if method == METHOD:
+        _warn(show_steps(loaded, settings, debug))
     if as_json:
         typer.echo(json.dumps(merge_record(loaded, settings, seed, result), allow_nan=False))
     else:

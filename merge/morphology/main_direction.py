@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from merge.morphology.binarisation import WALL, Image
 
 QUARTER_DEG = 90.0
-STEP_DEG, FINE_STEP_DEG = 0.5, 0.05
+STEP_DEG, FINE_STEP_DEG, FINE_REACH_DEG = 0.5, 0.1, 2.0
 BESIDE_DEG = 5.0
 """What lies nearer to the maximum is its own slope, and no other direction."""
 
@@ -27,7 +27,7 @@ trapezoid with sides 9 degrees off 0.3, white noise a contrast of 0.06."""
 
 @dataclass(frozen=True, eq=False)
 class MainDirection:
-    """``angle`` [rad], 0 to pi/2, of one of the two perpendicular directions that walls run in, from u to v of the
+    """``angle`` [rad], -pi/4 to pi/4, of one of the two perpendicular directions that walls run in, from u to v of the
     picture (v down). ``sharpness``, 0 to 1, is how far the maximum stands above every other direction, as a share of
     its height above the median, and ``contrast`` how far above the median, as a share of itself. ``energies`` (180,)
     are those of directions 0 to 90 degrees in steps of half a degree, as a share of the greatest."""
@@ -49,7 +49,7 @@ def main_direction(walls: Image) -> MainDirection:
     Source: Chen 2021, section 5.2, by the Radon transform. Two things differ. Its single greatest value lies on the
     diagonal of a thick wall; the sum of squares of a projection lies on its side (as in Carpin 2008, equation 1).
     And walls at right angles count together, since a turn is sought modulo 90 degrees. Only wall pixels are
-    projected, first by half degrees, then about the maximum by twentieths.
+    projected, first by half degrees, then about the maximum by tenths, whose peak's centroid is the answer.
     """
     angles = np.arange(0.0, QUARTER_DEG, STEP_DEG)
     points = _points(walls)
@@ -57,11 +57,11 @@ def main_direction(walls: Image) -> MainDirection:
         return MainDirection(0.0, 0.0, 0.0, np.zeros(len(angles)))
     energies = _folded(points, angles)
     rough = angles[int(np.argmax(energies))]
-    near = rough + np.arange(-2.0 * STEP_DEG, 2.0 * STEP_DEG + FINE_STEP_DEG / 2.0, FINE_STEP_DEG)
-    best = near[int(np.argmax(_folded(points, near)))]
+    best = rough + _centre_of_peak(points, rough)
     energies = energies / energies.max()
     sharpness, contrast = _sharpness(energies, angles, rough), 1.0 - float(np.median(energies))
-    return MainDirection(math.radians(best % QUARTER_DEG), sharpness, contrast, energies)
+    angle = (best + QUARTER_DEG / 2.0) % QUARTER_DEG - QUARTER_DEG / 2.0  # the least turn of four
+    return MainDirection(math.radians(angle), sharpness, contrast, energies)
 
 
 def _points(walls: Image) -> NDArray[np.float64]:
@@ -101,6 +101,14 @@ def projected(points: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArr
             smooth = (bins[b - 1] + 2.0 * bins[b] + bins[b + 1]) / 4.0
             energies[k] += smooth * smooth
     return energies
+
+
+def _centre_of_peak(points: NDArray[np.float64], rough_deg: float) -> float:
+    """How far the peak's centroid lies from its rough place [degrees]: the lattice of pixels moves its very top."""
+    off = np.arange(-FINE_REACH_DEG, FINE_REACH_DEG + FINE_STEP_DEG / 2.0, FINE_STEP_DEG)
+    energies = _folded(points, rough_deg + off)
+    weights = np.maximum(energies - max(energies[0], energies[-1]), 0.0)
+    return float((weights * off).sum() / weights.sum()) if weights.sum() > 0.0 else 0.0
 
 
 def _sharpness(energies: NDArray[np.float64], angles_deg: NDArray[np.float64], best_deg: float) -> float:

@@ -13,10 +13,13 @@ from merge.morphology.binarisation import WALL, Image
 
 HALF_GREY = 127
 
+MARGIN = 16
+"""Pixels left around the walls."""
+
 
 @dataclass(frozen=True, eq=False)
 class Straightened:
-    """The turned picture, on a canvas that holds all of it, and the ``matrix`` (2, 3) from pixels of the picture
+    """The turned picture, cut to its walls and a margin, and the ``matrix`` (2, 3) from pixels of the picture
     before to its own, centres at integers."""
 
     walls: Image
@@ -32,8 +35,6 @@ def straightened(walls: Image, angle: float) -> Straightened:
 
     Source: Chen 2021, section 5.2: enlarged canvas, bilinear, binarised again.
     """
-    if angle == 0.0:
-        return Straightened(walls, np.eye(2, 3))
     rows, cols = walls.shape
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, s], [-s, c]])
@@ -42,4 +43,13 @@ def straightened(walls: Image, angle: float) -> Straightened:
     width, height = (int(side) for side in np.ceil(corners.max(axis=0) - low) + 2.0)
     matrix = np.column_stack((turn, -low))
     turned = cv2.warpAffine(walls, matrix, (width, height), flags=cv2.INTER_LINEAR)
-    return Straightened(np.where(turned > HALF_GREY, WALL, 0).astype(np.uint8), matrix)
+    return _cut(np.where(turned > HALF_GREY, WALL, 0).astype(np.uint8), matrix)
+
+
+def _cut(walls: Image, matrix: NDArray[np.float64]) -> Straightened:
+    rows, cols = np.flatnonzero(walls.any(axis=1)), np.flatnonzero(walls.any(axis=0))
+    if not rows.size:
+        return Straightened(walls, matrix)
+    padded = np.pad(walls[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], MARGIN)
+    corner = np.array([cols[0] - MARGIN, rows[0] - MARGIN], np.float64)
+    return Straightened(padded, np.column_stack((matrix[:, :2], matrix[:, 2] - corner)))

@@ -12,14 +12,14 @@ POLYGON = np.array([(-95, -80), (95, -80), (95, 10), (20, 10), (20, 70), (-95, 7
 """Corners of an L-shaped room about the picture's middle, u right and v down."""
 
 
-def turned(points, angle):
+def turned(points, angle, side=SIDE):
     """Turned by ``angle`` from u to v, about the picture's middle."""
     c, s = math.cos(angle), math.sin(angle)
-    return points @ np.array([[c, s], [-s, c]]) + SIDE / 2
+    return points @ np.array([[c, s], [-s, c]]) + side / 2
 
 
-def outline(points, thickness=2):
-    image = np.zeros((SIDE, SIDE), np.uint8)
+def outline(points, thickness=2, side=SIDE):
+    image = np.zeros((side, side), np.uint8)
     cv2.polylines(image, [np.round(points * 16).astype(np.int32)], True, 255, thickness, cv2.LINE_8, 4)
     return image
 

@@ -15,7 +15,7 @@ def test_corners_of_a_turned_room_are_where_they_are_in_the_picture_that_came_in
     truth = turned(POLYGON, angle)
     found = corrected(grey(outline(truth)))
     there = found.straightened.before(found.corners)
-    assert np.hypot(*(there[:, None] - truth[None]).T).min(axis=1).max() <= 4.0
+    assert np.hypot(*(there[:, None] - truth[None]).T).min(axis=1).max() <= 6.0  # two tiles
     assert found.note is None
 
 
@@ -37,7 +37,7 @@ def test_pictures_of_a_correction_are_of_one_size_after_the_turn():
 def test_a_round_room_is_not_turned_and_says_so():
     circle = np.stack((np.cos(np.linspace(0, 2 * np.pi, 200)), np.sin(np.linspace(0, 2 * np.pi, 200))), axis=-1)
     found = corrected(grey(outline(100 * circle + 150)))
-    assert np.array_equal(found.straightened.matrix, np.eye(2, 3))
+    assert np.array_equal(found.straightened.matrix[:, :2], np.eye(2))
     assert found.note.startswith("no main direction (sharpness 0.")
 
 
