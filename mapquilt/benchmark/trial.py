@@ -75,7 +75,7 @@ def run_trial(task: TrialTask) -> Trial:
     maps = task.pair.maps()
     with one_thread():
         for settings in task.methods:
-            _warm_up(settings)
+            warm_up(settings)
         answers = tuple(_answer(task.pair, maps, settings, task.seed) for settings in task.methods)
     return Trial(task.pair, task.pair.bent(maps), answers)
 
@@ -117,7 +117,7 @@ def one_thread() -> Iterator[None]:
 
 
 @cache
-def _warm_up(settings: MergeSettings) -> None:
+def warm_up(settings: MergeSettings) -> None:
     """Once a process: what is compiled or loaded on first use shall not count as the first pair's time."""
     walls = np.random.default_rng(0).random((12, 16)) < 0.3
     cells = np.pad(np.kron(np.where(walls, 1.0, -1.0), np.ones((12, 12))), 4)
