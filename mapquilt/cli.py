@@ -42,6 +42,7 @@ from mapquilt.sample import Poses, SampleSettings
 from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.tables import merge_table, print_table, score_table
+from mapquilt.thesis.command import thesis
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.decision import MIN_CONFIDENCE, DecisionSettings
 from merge.merger import merge_maps
@@ -332,6 +333,7 @@ def _warn(warnings: tuple[str, ...]) -> None:
 app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
 app.command()(calibrate)
+app.command()(thesis)
 
 
 def _version(wanted: bool) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-VERBS = ("run", "sim", "merge", "score", "install", "test", "check", "bench", "lock", "clean", "help")
+VERBS = ("run", "sim", "merge", "score", "thesis", "install", "test", "check", "bench", "lock", "clean", "help")
 
 
 @pytest.fixture

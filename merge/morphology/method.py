@@ -49,7 +49,7 @@ class Morphology:
     and the greatest acceptance index wins.
     """
 
-    proposals: int = 16
+    proposals: int = 8
     consensus: ConsensusSettings = field(default_factory=ConsensusSettings)
     icp: IcpSettings = field(default_factory=IcpSettings)
 
