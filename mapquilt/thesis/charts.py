@@ -45,7 +45,7 @@ def right_figure(counted: Sequence[CaseTally]) -> Figure:
     axes.grid(axis="y", color="#e4e7eb", lw=0.7)
     figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     axes.set_title(
-        f"Right within 10 cells, 5 degrees and 5 % of scale; {counted[0].right.of} seeds, Wilson's 95 % intervals",
+        f"Right within 10 cells, 5 degrees and 5 % of scale; seeds: {counted[0].right.of}; Wilson's 95 % intervals",
         loc="left",
         fontsize=10,
         color=INK,

@@ -12,6 +12,7 @@ from mapquilt.tables import print_table
 from mapquilt.thesis.files import TABLE_FILE, write_study
 from mapquilt.thesis.make import StudySpec, make_study
 from mapquilt.thesis.methods import study_methods
+from mapquilt.thesis.overlaps import true_overlaps
 from mapquilt.thesis.table import terminal_table
 from mapquilt.thesis.tally import tallies
 
@@ -35,7 +36,7 @@ def thesis(
     spec = StudySpec(seeds) if method is None else StudySpec(seeds, tuple(method))
     with count_progress("missions with all their answers") as on_progress:
         study = make_study(spec, out, workers, on_progress)
-    counted = tallies(study)
+    counted = tallies(study, true_overlaps(out, spec.seeds))
     with count_progress("pictures") as on_progress:
         write_study(out, study, counted, on_progress)
     print_table(terminal_table(counted))

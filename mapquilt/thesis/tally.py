@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import median
 
@@ -12,12 +13,13 @@ from mapquilt.thesis.make import Study
 
 @dataclass(frozen=True)
 class CaseTally:
-    """Of one case and method: share right, share right and accepted, accepted though wrong; median errors of the right
-    answers; median acceptance index at the answers and at the truth; median seconds. None where nothing is to be
-    counted."""
+    """Of one case and method: the median true overlap of the two maps, as a share of the smaller; share right, share
+    right and accepted, accepted though wrong; median errors of the right answers; median acceptance index at the
+    answers and at the truth; median seconds. None where nothing is to be counted."""
 
     case: Case
     method: str
+    overlap: float | None
     right: Share
     right_and_accepted: Share
     wrong_accepts: int
@@ -29,12 +31,12 @@ class CaseTally:
     seconds: float
 
 
-def tallies(study: Study) -> list[CaseTally]:
-    """One for each case and method, by case."""
-    return [_tally(study, case, method) for case in CASES for method in study.spec.methods]
+def tallies(study: Study, overlaps: Mapping[str, float]) -> list[CaseTally]:
+    """One for each case and method, by case; ``overlaps`` by case."""
+    return [_tally(study, case, method, overlaps.get(case.name)) for case in CASES for method in study.spec.methods]
 
 
-def _tally(study: Study, case: Case, method: str) -> CaseTally:
+def _tally(study: Study, case: Case, method: str, overlap: float | None) -> CaseTally:
     timed = zip(study.answers, study.seconds, strict=True)
     chosen = [(answer, seconds) for answer, seconds in timed if (answer.case, answer.method) == (case.name, method)]
     answers = [answer for answer, _ in chosen]
@@ -42,6 +44,7 @@ def _tally(study: Study, case: Case, method: str) -> CaseTally:
     return CaseTally(
         case,
         method,
+        overlap,
         Share.counted([answer.right for answer in answers]),
         Share.counted([answer.right and answer.accepted for answer in answers]),
         sum(answer.accepted and not answer.right for answer in answers),

@@ -31,35 +31,47 @@ def remark(plain: CaseTally, corrected: CaseTally) -> str:
     return f"**{plain.case.name}**: {told}. {_why(plain, corrected)}"
 
 
+LITTLE_OVERLAP, OF_LITTLE_USE = 0.25, 0.2
+
+
 def _why(plain: CaseTally, corrected: CaseTally) -> str:
     most = plain.right.of
-    if corrected.right.count > plain.right.count:
-        return "Corners outlast what changes the descriptors, and ICP settles what they leave" + _errors(
-            plain, corrected
-        )
-    if plain.right.count == most and corrected.right.count == most:
-        return "Both are always right; what the correction still gains is in the error" + _errors(plain, corrected)
-    if max(plain.right.count, corrected.right.count) <= 0.2 * most:
+    if max(plain.right.count, corrected.right.count) <= OF_LITTLE_USE * most:
         return _both_fail(corrected)
+    if corrected.right.count > plain.right.count:
+        return (
+            f"Corners outlast what changes the descriptors, and ICP settles what they leave{_errors(plain, corrected)}."
+        )
+    if plain.right.count == corrected.right.count:
+        gained = f"what the correction gains is in the error{_errors(plain, corrected)}"
+        return f"SIFT finds enough on maps this clean; {gained}."
     return (
-        "SIFT's descriptors see more than corners do here: the greys about a wall, free on one side and unknown on the "
-        "other, which the binarisation throws away; and of four quarter turns the greatest index need not be the right "
-        "one" + _errors(plain, corrected)
+        "SIFT's descriptors see the greys about a wall, free on one side and unknown on the other, which the "
+        "binarisation throws away; corners look alike, and the greatest index need not be the right quarter turn's"
+        f"{_errors(plain, corrected)}."
     )
 
 
 def _both_fail(corrected: CaseTally) -> str:
-    index, true_index = corrected.index, corrected.true_index
-    said = ""
-    if index is not None and true_index is not None and index >= true_index:
-        said = (
-            f" The index cannot help: at wrong answers it is {index:.3f}, at the truth {true_index:.3f}"
-            ", since free on free cells dominate it."
-        )
-    return "Neither is of use: too little of the walls is common or left to find corners on." + said
+    if corrected.overlap is not None and corrected.overlap < LITTLE_OVERLAP:
+        common = f"The maps have {100 * corrected.overlap:.0f} % in common, and their wings look alike"
+    elif corrected.case.team:
+        common = "One wrong pair is enough to spoil the three"
+    else:
+        common = "The noise leaves no wall to find a corner on"
+    return f"{common}.{_index_told(corrected)}"
+
+
+def _index_told(corrected: CaseTally) -> str:
+    if corrected.index is None or corrected.true_index is None:
+        return ""
+    return (
+        f" The index says little: {corrected.index:.3f} at the answers, {corrected.true_index:.3f} at the truth, since "
+        "free on free cells dominate it."
+    )
 
 
 def _errors(plain: CaseTally, corrected: CaseTally) -> str:
     if plain.displacement_cells is None or corrected.displacement_cells is None:
-        return "."
-    return f" (median {corrected.displacement_cells:.1f} cells against {plain.displacement_cells:.1f})."
+        return ""
+    return f" (median {corrected.displacement_cells:.1f} cells against {plain.displacement_cells:.1f})"
