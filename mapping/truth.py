@@ -12,37 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.arrays import frozen_array
-from mapping.frame import GridFrame
+from mapping.footprint_layers import FootprintLayers
 from mapping.grid import OccupancyGrid
 from mapping.identifiability import Identifiability, identifiability
-from mapping.log_odds import LogOddsMapper
-from mapping.robot_log import RobotLog, RobotTruth
-from mapping.scan import LidarScan
 from mapping.se2 import SE2
+from mapping.sightings import Sightings
 from mapping.similarity2 import Similarity2
-from mapping.trajectory import Trajectory
-
-TRUE_RESOLUTION = 0.05
-"""Size of a true cell [m]."""
 
 LEAST_COMMON_CELLS = 20
 """Fewer common wall cells (a metre of wall) fix no pair; the pair's truth is then composed of the two maps'."""
-
-
-@dataclass(frozen=True, eq=False)
-class Sightings:
-    """True cells (N, 2) row, col of the world where a robot's beams ended, and the mean place of those ends:
-    ``true`` (N, 2) in the world [m], ``believed`` (N, 2) in the robot's start frame [m]."""
-
-    cells: NDArray[np.int64]
-    true: NDArray[np.float64]
-    believed: NDArray[np.float64]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "cells", frozen_array(self.cells, np.int64))
-        object.__setattr__(self, "true", frozen_array(self.true, np.float64))
-        object.__setattr__(self, "believed", frozen_array(self.believed, np.float64))
 
 
 @dataclass(frozen=True)
@@ -64,9 +42,11 @@ class PairPlaces:
     identifiability: Identifiability
 
     @staticmethod
-    def of(target: OccupancyGrid, source: OccupancyGrid) -> PairPlaces:
-        """Compare two footprints of :func:`footprint`, in one world frame."""
-        return PairPlaces(overlap(target.known, source.known), identifiability(target, source))
+    def of(
+        target: OccupancyGrid, source: OccupancyGrid, layers: tuple[FootprintLayers, FootprintLayers] | None = None
+    ) -> PairPlaces:
+        """Compare two footprints, in one world frame; ``layers`` are theirs where they are known already."""
+        return PairPlaces(overlap(target.known, source.known), identifiability(target, source, layers))
 
 
 @dataclass(frozen=True)
@@ -80,45 +60,6 @@ class PairTruth:
     common_cells: int
     residual: float | None
     places: PairPlaces
-
-
-def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]) -> Sightings:
-    """Where beams were believed to end and where they truly ended, averaged over each true cell.
-
-    ``start_from_base`` are the believed poses, one a scan; ``replaced`` (N, B) marks readings that noise made up.
-    Those are left out, and so are hits on robots.
-
-    Raises ``ValueError`` where no beam is left.
-    """
-    world_from_base = truth.trajectory
-    believed, true = [], []
-    for k, (read, exact) in enumerate(zip(log.scans, truth.scans, strict=True)):
-        usable = read.returned & exact.returned & ~replaced[k] & ~truth.hits_robot[k]
-        believed.append((start_from_base.pose(k) @ log.base_from_lidar).apply(_beam_points(read, usable)))
-        true.append((world_from_base.pose(k) @ truth.base_from_lidar).apply(_beam_points(exact, usable)))
-    return _average_by_cell(np.concatenate(true), np.concatenate(believed))
-
-
-def _beam_points(scan: LidarScan, usable: NDArray[np.bool_]) -> NDArray[np.float64]:
-    reach, angles = scan.ranges[usable].astype(np.float64), scan.angles[usable]
-    return np.stack((reach * np.cos(angles), reach * np.sin(angles)), axis=-1)
-
-
-def _average_by_cell(true: NDArray[np.float64], believed: NDArray[np.float64]) -> Sightings:
-    if not len(true):
-        raise ValueError("sightings: no beam that hit the world is left to fit the truth on")
-    cells = np.floor(true[:, ::-1] / TRUE_RESOLUTION).astype(np.int64)
-    corner = cells.min(axis=0)
-    rows, cols = cells.max(axis=0) - corner + 1
-    index = (cells[:, 0] - corner[0]) * cols + (cells[:, 1] - corner[1])
-    counts = np.bincount(index, minlength=rows * cols)
-    seen = np.flatnonzero(counts)
-
-    def mean(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        sums = [np.bincount(index, weights=points[:, axis])[seen] for axis in (0, 1)]
-        return np.stack(sums, axis=-1) / counts[seen, None]
-
-    return Sightings(np.stack(np.divmod(seen, cols), axis=-1) + corner, mean(true), mean(believed))
 
 
 def fit_rigid(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
@@ -184,34 +125,7 @@ def pair_truth(
     )
 
 
-def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> NDArray[np.bool_]:
-    """Which cells of the world's raster the robot's true beams crossed or ended in: (rows, cols).
-
-    The raster's cells must be aligned with the world's origin, as those of the true raster are.
-    """
-    mapper = LogOddsMapper(world.resolution, clear_range=clear_range)
-    for k, scan in enumerate(truth.scans):
-        mapper.integrate(scan, truth.trajectory.pose(k) @ truth.base_from_lidar)
-    return _placed(mapper.grid(), world)
-
-
-def _placed(grid: OccupancyGrid, world: GridFrame) -> NDArray[np.bool_]:
-    seen = np.zeros(world.shape, np.bool_)
-    known = np.argwhere(grid.known)
-    cells = known + np.rint(
-        (np.array([grid.frame.origin.y - world.origin.y, grid.frame.origin.x - world.origin.x])) / world.resolution
-    ).astype(np.int64)
-    inside = cells[world.contains(cells)]
-    seen[inside[:, 0], inside[:, 1]] = True
-    return seen
-
-
-def footprint(world: OccupancyGrid, seen: NDArray[np.bool_]) -> OccupancyGrid:
-    """The true raster of what a robot could have seen: the world's where it looked, unknown elsewhere."""
-    return OccupancyGrid(world.frame, np.where(seen, world.log_odds, np.float32(0.0)))
-
-
 def overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
     """Commonly observed cells over those of the smaller footprint: 0 to 1."""
-    smaller = min(int(a.sum()), int(b.sum()))
-    return int((a & b).sum()) / smaller if smaller else 0.0
+    smaller = min(np.count_nonzero(a), np.count_nonzero(b))
+    return np.count_nonzero(a & b) / smaller if smaller else 0.0

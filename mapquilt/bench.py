@@ -21,6 +21,7 @@ from mapping.log_odds import LogOddsMapper
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
 from mapquilt import run_folder
+from mapquilt.bench_dataset import bench_dataset
 from mapquilt.bench_simulation import bench_simulation
 from mapquilt.bench_thesis import bench_thesis
 from mapquilt.run_stages import merge_run, score_run, simulate_run
@@ -52,6 +53,7 @@ def main(arguments: list[str]) -> None:
     bench_mapping(mission)
     bench_simulation()
     bench_thesis()
+    bench_dataset()
     bench_site()
 
 

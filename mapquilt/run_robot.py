@@ -11,7 +11,8 @@ from mapping.grid import OccupancyGrid
 from mapping.robot_log import RobotLog
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
-from mapquilt.true_places import map_names, part_bounds
+from mapquilt.seen_slices import part_bounds
+from mapquilt.true_places import map_names
 from sim.mission import Mission
 from sim.mission_file import load_mission
 

@@ -6,6 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from mapping.atomic import write_files_aside
 from mapping.map_file import save_map
 from mapping.robot_log_file import save_robot_log
 from mapquilt import run_folder
@@ -91,6 +92,5 @@ def _write_maps(folder: Path, sample: Sample) -> None:
 
 def _write_true_rasters(folder: Path, sample: Sample) -> None:
     folder.mkdir()
-    save_map(sample.places.world, folder / "world", picture="png")
-    for place in sample.places.maps:
-        save_map(place.footprint, folder / place.name, picture="png")
+    for files in sample.places.raster_files.values():
+        write_files_aside({folder / name: data for name, data in files.items()})

@@ -14,15 +14,15 @@ from mapping.map_set import MapSet
 from mapping.robot_log import RobotLog
 from mapping.seeds import check_seed
 from mapping.sensor_model import sensor_model
+from mapping.sightings import Sightings, sightings
 from mapping.similarity2 import Similarity2
 from mapping.truth import (
     MapTruth,
     PairTruth,
-    Sightings,
     map_truth,
     pair_truth,
-    sightings,
 )
+from mapquilt.seen_slices import SeenSlices
 from mapquilt.true_places import TrueMap, TruePlaces, check_parts, true_places
 from mapquilt.truth_file import RobotOrigin, RunTruth
 from sim.lidar_presets import lidar_preset
@@ -106,7 +106,8 @@ def make_sample(
     each of :func:`sample_steps`. Raises ``ValueError`` where a robot saw nothing to map.
     """
     if places is None:
-        places = true_places(mission, settings.parts, settings.clear_range, on_step)
+        seen = SeenSlices(mission, (settings.parts,), settings.clear_range)
+        places = true_places(mission, settings.parts, seen, on_step)
     sensed = [
         sense(truth, settings.noise_of(lidar), settings.seed, index)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))

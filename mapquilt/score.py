@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.grid import OccupancyGrid
 from mapping.se2 import wrap_angle
@@ -79,3 +80,18 @@ def transform_error(
         moved / target.frame.resolution,
         moved / target.known_diagonal,
     )
+
+
+def normalised_error(truth: Similarity2, answer: Similarity2, covariance: NDArray[np.float64]) -> float:
+    """Squared error of x, y, yaw and scale over their covariance (4, 4), as it came with the answer.
+
+    Where the covariance is true its mean over many answers is 4, 3 where the scale is known: the normalised estimation
+    error squared of Bar-Shalom, Li and Kirubarajan 2001, section 5.4.
+    """
+    yaw = wrap_angle(answer.yaw - truth.yaw)
+    error = np.array([answer.x - truth.x, answer.y - truth.y, yaw, answer.scale - truth.scale])
+    free = np.diag(covariance) > 0.0
+    sigma = np.sqrt(np.diag(covariance)[free])  # taken out first: metres and radians may be of very different size
+    correlation = covariance[np.ix_(free, free)] / np.outer(sigma, sigma)
+    weighed = error[free] / sigma
+    return float(weighed @ np.linalg.solve(correlation, weighed))

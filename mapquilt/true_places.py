@@ -5,10 +5,16 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
+from mapping.footprint import TRUE_RESOLUTION, footprint
+from mapping.footprint_layers import FootprintLayers
 from mapping.grid import OccupancyGrid
+from mapping.map_file import map_files
 from mapping.robot_log import RobotTruth
-from mapping.truth import TRUE_RESOLUTION, PairPlaces, footprint, observed
+from mapping.truth import PairPlaces
+from mapquilt.seen_slices import SeenSlices, part_bounds
 from sim.mission import Mission
 from worlds.raster import true_raster
 
@@ -36,6 +42,15 @@ class TruePlaces:
     maps: tuple[TrueMap, ...]
     pairs: dict[tuple[str, str], PairPlaces]
 
+    @cached_property
+    def raster_files(self) -> dict[str, dict[str, bytes]]:
+        """The map files, by name, of the world's true raster and of each map's: equal for all samples of a mission."""
+        rasters = {"world": self.world, **{one.name: one.footprint for one in self.maps}}
+        return {
+            stem: {path.name: data for path, data in map_files(grid, Path(stem), picture="png").items()}
+            for stem, grid in rasters.items()
+        }
+
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(one.name for one in self.maps)
@@ -56,41 +71,37 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
     )
 
 
-def part_bounds(scans: int, part: int, parts: int) -> tuple[int, int]:
-    """The first scan of a part, and the first after it, where a robot's scans are cut in time into equal parts."""
-    return scans * part // parts, scans * (part + 1) // parts
-
-
 def true_places(
-    mission: Mission, parts: int = 1, clear_range: float = 0.0, on_step: Callable[[], None] = lambda: None
+    mission: Mission, parts: int = 1, seen: SeenSlices | None = None, on_step: Callable[[], None] = lambda: None
 ) -> TruePlaces:
     """Cut each robot's mission in time into equal parts, and find what each part could have seen.
 
-    ``on_step`` is called after each map and each pair. Raises ``ValueError`` where the mission has fewer scans than
-    parts.
+    ``seen`` is what the same mission's robots saw, cut into as many parts among others. ``on_step`` is called after
+    each map and each pair. Raises ``ValueError`` where the mission has fewer scans than parts.
     """
     check_parts(parts)
+    seen = seen or SeenSlices(mission, (parts,))
     world = true_raster(mission.world, TRUE_RESOLUTION)
     places = itertools.product(range(len(mission.robots)), range(parts))
     names = map_names(len(mission.robots), parts)
     maps: list[TrueMap] = []
     for name, (robot, part) in zip(names, places, strict=True):
-        maps.append(_true_map(name, world, robot, mission.robots[robot], (part, parts), clear_range))
+        maps.append(_true_map(name, world, robot, mission.robots[robot], (part, parts), seen))
         on_step()
+    layers = {one.name: FootprintLayers.of(one.footprint) for one in maps}
     pairs = {}
     for a, b in itertools.combinations(maps, 2):
-        pairs[a.name, b.name] = PairPlaces.of(a.footprint, b.footprint)
+        pairs[a.name, b.name] = PairPlaces.of(a.footprint, b.footprint, (layers[a.name], layers[b.name]))
         on_step()
     return TruePlaces(world, tuple(maps), pairs)
 
 
 def _true_map(
-    name: str, world: OccupancyGrid, robot: int, truth: RobotTruth, cut_at: tuple[int, int], clear_range: float
+    name: str, world: OccupancyGrid, robot: int, truth: RobotTruth, cut_at: tuple[int, int], seen: SeenSlices
 ) -> TrueMap:
     (part, parts), scans = cut_at, len(truth.scans)
     if scans < parts:
         raise ValueError(f"parts is {parts}, but robot_{robot} has only {scans} scans")
     start, stop = part_bounds(scans, part, parts)
-    cut = truth.part(start, stop)
-    seen = footprint(world, observed(cut, world.frame, clear_range))
-    return TrueMap(name, robot, start, stop, cut, seen)
+    shown = footprint(world, seen.seen(robot, start, stop, world.frame))
+    return TrueMap(name, robot, start, stop, truth.part(start, stop), shown)

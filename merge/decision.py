@@ -26,10 +26,12 @@ MISSING = 2.0
 class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``lead``, ``threshold``: the log-odds of being right are ``agreement`` times the agreement, plus
-      ``lead`` times what the best rival lies below it, less ``threshold``; a lead above ``enough_lead`` says no more,
-      or a poor answer would pass for want of any other. Set by hand, stricter than what ``mapquilt calibrate``
-      fits, which accepts more wrong answers from short missions: a confidence is not yet a probability;
+    - ``agreement``, ``lead``, ``breadth``, ``threshold``: the log-odds of being right are ``agreement`` times the
+      agreement, plus ``lead`` times what the best rival lies below it, less ``breadth`` times the logarithm of how many
+      times ``little_overlap`` the maps overlap, less ``threshold``. A lead above ``enough_lead`` says no more, or a
+      poor answer would pass for want of any other. Of maps that are said to share nearly all, more agreement can be
+      asked than of maps that share a third; what shares still less is excused no further. Fitted to generated pairs
+      by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -39,10 +41,12 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 8.6
-    lead: float = 38.0
-    threshold: float = 10.0
+    agreement: float = 12.57
+    lead: float = 51.27
+    breadth: float = 7.41
+    threshold: float = 10.39
     enough_lead: float = 0.25
+    little_overlap: float = 0.3
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
@@ -52,8 +56,10 @@ class DecisionSettings:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if name != "min_confidence" and not 0.0 <= value < math.inf:
+            if name not in ("min_confidence", "little_overlap") and not 0.0 <= value < math.inf:
                 raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
+        if not 0.0 < self.little_overlap <= 1.0:
+            raise ValueError(f"DecisionSettings: little_overlap is {self.little_overlap}, must lie in (0, 1]")
         if not 0.0 <= self.min_confidence <= 1.0:
             raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
 
@@ -73,7 +79,7 @@ def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) 
     The confidence rises with every piece of evidence. A refusal names what is missing most: a rival, where one takes
     from what the answer would be worth by itself.
     """
-    odds, reason = _log_odds(evidence, settings, lead_of(evidence)), _lacking(evidence, settings)
+    odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
         if value < needed:
             odds, reason = min(odds, value / needed - 1.0 - MISSING), missing
@@ -88,9 +94,15 @@ def lead_of(evidence: Evidence) -> float:
     return max(0.0, evidence.agreement - evidence.rival_agreement)
 
 
-def _log_odds(evidence: Evidence, settings: DecisionSettings, lead: float) -> float:
-    counted = min(lead, settings.enough_lead)
-    return settings.agreement * evidence.agreement + settings.lead * counted - settings.threshold
+def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float, float]:
+    """What ``agreement``, ``lead`` and, with a minus, ``breadth`` weigh."""
+    breadth = math.log(max(evidence.overlap, settings.little_overlap) / settings.little_overlap)
+    return evidence.agreement, min(lead_of(evidence), settings.enough_lead), breadth
+
+
+def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
+    agreement, lead, breadth = features(evidence, settings)
+    return settings.agreement * agreement + settings.lead * lead - settings.breadth * breadth - settings.threshold
 
 
 def _confidence(log_odds: float) -> float:

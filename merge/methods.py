@@ -13,6 +13,7 @@ from merge.baselines.plain_orb import PlainOrb
 from merge.baselines.random_walk import RandomWalk
 from merge.baselines.stitching import Stitching
 from merge.facing import Facing
+from merge.landmarks import Landmarks
 from merge.morphology.method import Morphology
 from merge.orb import Orb
 from merge.proposer import Proposer
@@ -21,7 +22,7 @@ from merge.sift import Sift
 
 PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
     {
-        "quilt": (Orb(), Facing()),
+        "quilt": (Orb(), Landmarks(), Facing()),
         "sift": (Sift(),),
         "sift_orb": (Sift("orb"),),
         "morphology": (Morphology(),),

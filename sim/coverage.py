@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
-from mapping.truth import TRUE_RESOLUTION
+from mapping.footprint import TRUE_RESOLUTION
 from sim.first_seen import NEVER, first_seen
 from sim.mission import Mission
 from worlds.raster import touched_cells, true_raster

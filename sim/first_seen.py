@@ -19,9 +19,9 @@ _ROUNDING = 4
 def first_seen(truth: RobotTruth, frame: GridFrame, clear_range: float = 0.0) -> NDArray[np.int32]:
     """For each cell, (rows, cols), how many scans the robot had taken when one saw it, ``NEVER`` where none did.
 
-    A cell is seen where a true beam crosses it or ends in it, as :func:`mapping.truth.observed` has it; a beam without
-    a return crosses what lies within ``clear_range`` [m]. The raster's cells must be aligned with the world's origin,
-    and the robot must stay on it.
+    A cell is seen where a true beam crosses it or ends in it, as :func:`mapping.footprint.observed` has it; a beam
+    without a return crosses what lies within ``clear_range`` [m]. The raster's cells must be aligned with the world's
+    origin, and the robot must stay on it.
     """
     # Drawn backwards, so that the number of the scan that touched a cell last is that of the one that saw it first.
     rows, cols = frame.shape

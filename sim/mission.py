@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
+from mapping.footprint import TRUE_RESOLUTION
 from mapping.robot_log import RobotTruth
 from mapping.seeds import Role, stream
 from mapping.trajectory import Trajectory
-from mapping.truth import TRUE_RESOLUTION
 from sim.bullet import BulletScene
 from sim.crew import make_pilots
 from sim.mission_settings import MissionSettings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,7 +33,7 @@ CALIBRATION_FILE = "calibration.json"
 
 
 def calibrate(
-    dataset: Annotated[Path, typer.Option(metavar="DIR", help="Finished data set.")],
+    dataset: Annotated[list[Path], typer.Option(metavar="DIR", help="Finished data set. Repeatable.")],
     out: Annotated[Path, typer.Option(help="Folder to write; a calibration there is replaced.")],
     split: Annotated[str, typer.Option(help="Split to fit on.")] = "train",
     check: Annotated[str, typer.Option(help="Split of other worlds to check on.")] = "test",
@@ -51,11 +52,12 @@ def calibrate(
     fitted = fit_decision(_trials(dataset, split, method, limit, seed, workers))
     checked = calibration(judged_again(_trials(dataset, check, method, limit, seed, workers), fitted), 0)
     if checked is None:
-        raise ValueError(f"{dataset}: split {check} holds no pair that is not bent")
+        raise ValueError(f"{dataset[0]}: split {check} holds no pair that is not bent")
     with folder_aside(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", decision_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
-    print_table(f"agreement {fitted.agreement:.2f}, lead {fitted.lead:.2f}, threshold {fitted.threshold:.2f}")
+    constants = ("agreement", "lead", "breadth", "threshold")
+    print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in constants))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
         f"{out}: on {checked.pairs} pairs of {check}: expected calibration error {checked.ece:.3f}, "
@@ -64,8 +66,10 @@ def calibrate(
     return 0
 
 
-def _trials(dataset: Path, split: str, method: str, limit: int | None, seed: int, workers: int) -> list[Trial]:
-    pairs = dataset_pairs(dataset, split)
+def _trials(
+    dataset: Sequence[Path], split: str, method: str, limit: int | None, seed: int, workers: int
+) -> list[Trial]:
+    pairs = [pair for folder in dataset for pair in dataset_pairs(folder, split)]
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
     with count_progress(f"pairs of {split}") as on_progress:

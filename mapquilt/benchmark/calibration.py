@@ -28,7 +28,8 @@ class Calibration:
 
     ``brier``: Brier 1950, ``base_brier`` that of always saying the base rate; ``ece``: expected calibration error over
     bins of equal mass (Naeini et al. 2015); ``auc``: chance that a right answer bears the higher confidence, ties
-    counting half, None where all answers are right or none is.
+    counting half, None where all answers are right or none is; ``nees``: mean normalised squared error of the right
+    answers (:func:`mapquilt.score.normalised_error`), None where none came with a covariance.
     """
 
     method: str
@@ -37,6 +38,7 @@ class Calibration:
     base_brier: float
     ece: float
     auc: float | None
+    nees: float | None
     bins: tuple[Bin, ...]
 
 
@@ -56,8 +58,14 @@ def calibration(trials: Sequence[Trial], method: int) -> Calibration | None:
         float(right.mean() * (1.0 - right.mean())),
         sum(gaps) / len(answers),
         auc(confidence, right),
+        _mean([answer.normalised_error for answer in answers if answer.right]),
         bins,
     )
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    told = [value for value in values if value is not None]
+    return float(np.mean(told)) if told else None
 
 
 def equal_mass_bins(confidence: NDArray[np.float64], right: NDArray[np.bool_]) -> tuple[Bin, ...]:

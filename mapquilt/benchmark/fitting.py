@@ -11,18 +11,23 @@ from scipy.special import expit
 
 from mapquilt.benchmark.strata import OVERLAPS, overlap_class
 from mapquilt.benchmark.trial import Answer, Trial
-from merge.decision import DecisionSettings, decide, lead_of
+from merge.decision import DecisionSettings, decide, features
 from merge.result import Evidence
 
 RIDGE = 1e-3
+SIGNS = np.array([1.0, 1.0, -1.0])
+"""Breadth takes from the log-odds."""
+
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood (logistic regression).
+    """``start`` with ``agreement``, ``lead``, ``breadth`` and ``threshold`` of greatest likelihood (logistic
+    regression, the weights not negative).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
-    third each. Bent pairs and answers that other rules refuse anyway are left out.
+    third each. Left out are bent pairs, answers that other rules refuse anyway, and pairs that are not identifiable:
+    where two places look alike the evidence for the wrong one is as good as any, and would only teach to mistrust it.
 
     Raises ``ValueError`` where right and wrong answers are not both there.
     """
@@ -31,9 +36,9 @@ def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSett
     if right.all() or not right.any():
         raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
     weights = _weights([_group(trial) for trial, _ in judged])
-    features = np.array([_features(evidence, start) for _, evidence in judged])
-    agreement, lead, offset = _logistic(features, right, weights)
-    return dataclasses.replace(start, agreement=max(0.0, agreement), lead=max(0.0, lead), threshold=max(0.0, -offset))
+    told = np.array([features(evidence, start) for _, evidence in judged]) * SIGNS
+    agreement, lead, breadth, threshold = _logistic(told, right, weights)
+    return dataclasses.replace(start, agreement=agreement, lead=lead, breadth=breadth, threshold=threshold)
 
 
 def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:
@@ -56,14 +61,10 @@ def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
 def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
     """The evidence where the fitted rule decides, and not one of the others; nothing elsewhere."""
     evidence = trial.answers[0].evidence
-    if trial.bent or evidence is None:
+    if trial.bent or evidence is None or not (trial.negative or trial.pair.identifiable):
         return []
-    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, threshold=0.0, min_confidence=0.5)
+    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, breadth=0.0, threshold=0.0, min_confidence=0.5)
     return [evidence] if decide(evidence, even).accepted else []
-
-
-def _features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
-    return evidence.agreement, min(lead_of(evidence), settings.enough_lead)
 
 
 def _group(trial: Trial) -> str:
@@ -79,10 +80,11 @@ def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
 
 def _logistic(
     features: NDArray[np.float64], right: NDArray[np.bool_], weights: NDArray[np.float64]
-) -> tuple[float, float, float]:
+) -> tuple[float, ...]:
+    """The weights of the features, not negative, and the threshold."""
     from scipy.optimize import minimize
 
-    inputs = np.column_stack((features, np.ones(len(features))))
+    inputs = np.column_stack((features, -np.ones(len(features))))
 
     def loss(constants: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         odds = inputs @ constants
@@ -90,5 +92,7 @@ def _logistic(
         value = float((weights * (np.logaddexp(0.0, odds) - right * odds)).sum() + RIDGE * (constants**2).sum())
         return value, inputs.T @ (weights * (chance - right)) + 2.0 * RIDGE * constants
 
-    first, second, offset = minimize(loss, np.zeros(3), jac=True, method="BFGS").x
-    return float(first), float(second), float(offset)
+    found = minimize(
+        loss, np.zeros(inputs.shape[1]), jac=True, method="L-BFGS-B", bounds=[(0.0, None)] * inputs.shape[1]
+    )
+    return tuple(found.x.tolist())

@@ -49,7 +49,7 @@ def markdown(report: Report) -> str:
     for group, entries in groupby(rows, key=lambda row: row[0].group):
         parts += [f"## {group[0].upper()}{group[1:]}\n", _markdown_table(COLUMNS, [_cells(*row) for row in entries])]
     if report.calibrations:
-        columns = ("method", "pairs", "Brier", "Brier of the base rate", "ECE, 10 bins of equal mass", "AUC")
+        columns = ("method", "pairs", "Brier", "Brier of the base rate", "ECE, 10 bins of equal mass", "AUC", "NEES")
         parts += ["## Calibration\n", _markdown_table(columns, [calibration_cells(c) for c in report.calibrations])]
     return "\n".join(parts)
 
@@ -112,7 +112,7 @@ def _ratio_text(timing: Timing) -> str:
 
 
 def calibration_cells(found: Calibration) -> tuple[str, ...]:
-    """Method, pairs, Brier, Brier of the base rate, ECE, AUC."""
+    """Method, pairs, Brier, Brier of the base rate, ECE, AUC, mean normalised squared error."""
     return (
         found.method,
         str(found.pairs),
@@ -120,6 +120,7 @@ def calibration_cells(found: Calibration) -> tuple[str, ...]:
         f"{found.base_brier:.4f}",
         f"{found.ece:.4f}",
         number_text(found.auc, 4),
+        number_text(found.nees, 1),
     )
 
 
@@ -134,8 +135,8 @@ def terminal_table(report: Report) -> Table:
 
 
 def calibration_table(report: Report) -> Table:
-    """Brier score, expected calibration error and AUC of each method that claims a probability."""
-    names = ("method", "pairs", "Brier", "base rate's", "ECE", "AUC")
+    """Brier score, expected calibration error, AUC and normalised error of each method that claims a probability."""
+    names = ("method", "pairs", "Brier", "base rate's", "ECE", "AUC", "NEES")
     table = plain_table(*((name, name != "method") for name in names))
     for found in report.calibrations:
         table.add_row(*calibration_cells(found))

@@ -18,7 +18,7 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapquilt.benchmark.pair import BenchmarkPair
-from mapquilt.score import RIGHT, TransformError, transform_error
+from mapquilt.score import RIGHT, TransformError, normalised_error, transform_error
 from merge.merger import match_maps
 from merge.result import Evidence, PairResult
 from merge.settings import MergeSettings
@@ -27,7 +27,8 @@ from merge.settings import MergeSettings
 @dataclass(frozen=True)
 class Answer:
     """What a method said of a pair, how far that is from the truth (None where there is none, or no answer), and the
-    seconds of the processor that it took, the look at both maps included."""
+    seconds of the processor that it took, the look at both maps included. ``normalised_error`` is that of
+    :func:`mapquilt.score.normalised_error`, None also where no covariance was told."""
 
     method: str
     accepted: bool
@@ -37,6 +38,7 @@ class Answer:
     evidence: Evidence | None
     error: TransformError | None
     seconds: float
+    normalised_error: float | None = None
 
     @property
     def right(self) -> bool:
@@ -93,6 +95,7 @@ def _answer(pair: BenchmarkPair, maps: MapSet, settings: MergeSettings, seed: in
         result.evidence,
         _error(pair, maps, result),
         seconds,
+        _normalised_error(pair, maps, result),
     )
 
 
@@ -101,6 +104,13 @@ def _error(pair: BenchmarkPair, maps: MapSet, result: PairResult) -> TransformEr
     if truth is None or result.target_from_source is None:
         return None
     return transform_error(maps.grids[0], maps.grids[1], truth, result.target_from_source, pair.target_scale)
+
+
+def _normalised_error(pair: BenchmarkPair, maps: MapSet, result: PairResult) -> float | None:
+    truth = pair.target_from_source(maps)
+    if truth is None or result.target_from_source is None or result.covariance is None:
+        return None
+    return normalised_error(truth, result.target_from_source, result.covariance)
 
 
 @contextmanager

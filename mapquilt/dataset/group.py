@@ -17,6 +17,7 @@ from mapquilt.json_file import read_record
 from mapquilt.place import open_place
 from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, make_sample
+from mapquilt.seen_slices import SeenSlices
 from mapquilt.true_places import TruePlaces, true_places
 from sim.mission import Mission, simulate
 from sim.mission_file import save_mission
@@ -55,8 +56,10 @@ def make_group(plan: MissionPlan) -> Group:
     except ValueError as error:
         failed = Made({}, None, f"mission {plan.name}: {error}")
         return Group(failed, {sample.index: failed for sample in plan.samples})
+    settings = [sample.settings for sample in plan.samples]
+    seen = SeenSlices(mission, {one.parts for one in settings}, settings[0].clear_range)
     places: dict[int, TruePlaces] = {}
-    samples = {sample.index: _make_sample(plan, sample, mission, places) for sample in plan.samples}
+    samples = {sample.index: _make_sample(plan, sample, mission, seen, places) for sample in plan.samples}
     return Group(_made_mission(plan, mission), samples)
 
 
@@ -83,11 +86,13 @@ def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
     return Made(files, record)
 
 
-def _make_sample(plan: MissionPlan, sample: SamplePlan, mission: Mission, places: dict[int, TruePlaces]) -> Made:
+def _make_sample(
+    plan: MissionPlan, sample: SamplePlan, mission: Mission, seen: SeenSlices, places: dict[int, TruePlaces]
+) -> Made:
     settings = sample.settings
     try:
         if settings.parts not in places:
-            places[settings.parts] = true_places(mission, settings.parts, settings.clear_range)
+            places[settings.parts] = true_places(mission, settings.parts, seen)
         made = make_sample(mission, settings, places[settings.parts])
     except ValueError as error:
         return Made({}, None, str(error))

@@ -8,23 +8,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mapping.footprint import observed
 from mapping.frame import GridFrame
 from mapping.identifiability import Identifiability
 from mapping.robot_log import RobotLog, RobotTruth
 from mapping.scan import LidarScan
 from mapping.se2 import SE2
+from mapping.sightings import Sightings, sightings
 from mapping.similarity2 import Similarity2
 from mapping.trajectory import Trajectory
 from mapping.truth import (
     LEAST_COMMON_CELLS,
     PairPlaces,
-    Sightings,
     fit_rigid,
     map_truth,
-    observed,
     overlap,
     pair_truth,
-    sightings,
 )
 
 metres = st.floats(-20, 20)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from mapping.footprint import TRUE_RESOLUTION
 from mapping.log_odds import LogOddsMapper
 from mapping.sensor_model import SENSOR_MODELS, sensor_model
-from mapping.truth import TRUE_RESOLUTION
 from sim.mission import simulate
 from sim.mission_file import load_mission
 from sim.mission_settings import MissionSettings

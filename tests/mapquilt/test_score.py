@@ -11,7 +11,7 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from mapquilt.score import RIGHT, THESIS, transform_error
+from mapquilt.score import RIGHT, THESIS, normalised_error, transform_error
 
 
 def full_grid(rows=40, cols=60, resolution=0.05, origin=(0.0, 0.0)):
@@ -96,3 +96,23 @@ def test_moving_the_target_frame_does_not_move_the_score(x, y):
 def test_criteria_are_those_of_the_design():
     assert (RIGHT.rotation_deg, RIGHT.scale_percent, RIGHT.displacement_of_diagonal) == (2.0, 3.0, 0.015)
     assert (THESIS.rotation_deg, THESIS.scale_percent, THESIS.displacement_cells) == (5.0, 5.0, 10.0)
+
+
+def test_a_normalised_error_by_hand():
+    truth = Similarity2(1.0, 2.0, math.pi - 0.01, 1.0)
+    answer = Similarity2(1.2, 1.9, -math.pi + 0.01, 1.1)
+    covariance = np.diag([0.04, 0.01, 0.0001, 0.01])
+    assert normalised_error(truth, answer, covariance) == pytest.approx(1.0 + 1.0 + 4.0 + 1.0)
+    covariance[3, 3] = 0.0  # the scale is known
+    assert normalised_error(truth, answer, covariance) == pytest.approx(6.0)
+
+
+def test_errors_drawn_from_a_covariance_have_as_many_squares_as_parameters():
+    rng = np.random.default_rng(0)
+    root = rng.standard_normal((4, 4)) * np.array([[3.0], [2.0], [1e-3], [1e-2]])
+    truth = Similarity2(5.0, -3.0, 0.4, 1.3)
+    found = []
+    for x, y, yaw, scale in rng.standard_normal((4000, 4)) @ root.T:
+        answer = Similarity2(truth.x + x, truth.y + y, truth.yaw + yaw, truth.scale + scale)
+        found.append(normalised_error(truth, answer, root @ root.T))
+    assert np.mean(found) == pytest.approx(4.0, abs=0.2)

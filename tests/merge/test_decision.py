@@ -64,7 +64,15 @@ def test_more_evidence_never_lowers_the_confidence(name, worse_to_better):
     assert all(0.0 <= confidence <= 1.0 for confidence in found)
 
 
-@pytest.mark.parametrize(("name", "value"), [("min_margin", -0.1), ("agreement", float("nan"))])
+def test_maps_that_share_nearly_all_must_agree_better_than_maps_that_share_a_third():
+    narrow, broad = (decide(dataclasses.replace(GOOD, overlap=overlap)).confidence for overlap in (0.3, 0.95))
+    assert broad < narrow
+    assert decide(dataclasses.replace(GOOD, overlap=0.2)).confidence == narrow
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("little_overlap", 0.0), ("min_margin", -0.1), ("agreement", float("nan"))]
+)
 def test_a_bad_bound_is_named(name, value):
     with pytest.raises(ValueError, match=f"{name} is {value}"):
         DecisionSettings(**{name: value})

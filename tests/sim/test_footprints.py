@@ -7,7 +7,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from mapping.truth import observed, overlap
+from mapping.footprint import observed
+from mapping.truth import overlap
 from sim.coverage import coverage
 from sim.first_seen import NEVER, first_seen
 from sim.mission import Mission, simulate

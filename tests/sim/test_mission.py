@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mapping.footprint import observed
 from mapping.se2 import SE2
-from mapping.truth import observed
 from sim.lidar import Lidar
 from sim.mission import Mission, simulate
 from sim.mission_file import save_mission

@@ -16,6 +16,13 @@ def test_by_hand():
     assert found.auc == pytest.approx(3 / 4)
 
 
+def test_the_normalised_error_is_the_mean_over_right_answers():
+    told = [(GOOD, 3.0), (GOOD, 6.0), (GOOD, None), (BAD, 500.0)]
+    trials = [trial(pair(), answer(True, error, normalised_error=squares)) for error, squares in told]
+    assert calibration(trials, 0).nees == pytest.approx(4.5)
+    assert calibration(trials[2:], 0).nees is None
+
+
 def test_bent_pairs_tell_nothing():
     straight, bent = trial(pair(), answer(True, GOOD, 0.9)), trial(pair(), answer(True, BAD, 0.9), bent=True)
     assert calibration([straight, bent], 0).pairs == 1

@@ -17,7 +17,7 @@ from merge.decision import DecisionSettings, decide
 from merge.result import Evidence
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
-TRUE = DecisionSettings(agreement=7.0, lead=11.0, threshold=6.0)
+TRUE = DecisionSettings(agreement=7.0, lead=11.0, breadth=2.0, threshold=5.0)
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, None, None, 3)
 
 
@@ -27,9 +27,8 @@ def drawn(number: int, seed: int = 0, **fields: float) -> list[Trial]:
     trials = []
     for _ in range(number):
         agreement = rng.uniform(0.1, 1.0)
-        found = dataclasses.replace(
-            EVIDENCE, agreement=agreement, rival_agreement=agreement * rng.uniform(0.3, 1.1), **fields
-        )
+        told = {"rival_agreement": agreement * rng.uniform(0.3, 1.1), "overlap": rng.uniform(0.1, 1.0)} | fields
+        found = dataclasses.replace(EVIDENCE, agreement=agreement, **told)
         right = rng.random() < decide(found, TRUE).confidence
         trials.append(trial(pair(overlap=0.6), answer(True, GOOD if right else BAD, evidence=found)))
     return trials
@@ -39,6 +38,7 @@ def test_the_constants_that_made_the_answers_are_found_again():
     fitted = fit_decision(drawn(8000))
     assert fitted.agreement == pytest.approx(TRUE.agreement, abs=0.9)
     assert fitted.lead == pytest.approx(TRUE.lead, abs=1.3)
+    assert fitted.breadth == pytest.approx(TRUE.breadth, abs=0.4)
     assert fitted.threshold == pytest.approx(TRUE.threshold, abs=0.6)
     assert fitted.min_overlap == DecisionSettings().min_overlap
 
@@ -47,6 +47,11 @@ def test_bent_pairs_and_what_other_rules_refuse_are_left_out():
     trials = drawn(300)
     bent = [dataclasses.replace(t, bent=True) for t in drawn(300, seed=1)]
     assert fit_decision(trials + bent + drawn(300, seed=2, overlap=0.01)) == fit_decision(trials)
+
+
+def test_a_pair_that_two_places_fit_teaches_nothing():
+    twofold = [dataclasses.replace(t, pair=pair(overlap=0.6, identifiable=False)) for t in drawn(300, seed=1)]
+    assert fit_decision(drawn(300) + twofold) == fit_decision(drawn(300))
 
 
 def test_each_kind_of_pair_weighs_the_same_however_many_there_are():
