@@ -41,7 +41,8 @@ def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
 def compact(counted: Sequence[CaseTally]) -> str:
     """Thesis and study side by side, a line a case, for the two pipelines and the method of the house."""
     head = ("case", "differs by", "overlap", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "AI SIFT")
-    rows = [(*head, "AI corrected", "AI at the truth", f"{HOUSE} %")]
+    with_house = any(one.method == HOUSE for one in counted)
+    rows = [(*head, "AI corrected", "AI at the truth", *((f"{HOUSE} %",) if with_house else ()))]
     for case in CASES:
         found = compared(counted, case.name)
         if found is None:
@@ -61,7 +62,7 @@ def compact(counted: Sequence[CaseTally]) -> str:
                 _number(plain.index, 3) + ("" if measured is None else f" ({measured.plain_index:.3f})"),
                 _number(corrected.index, 3),
                 _number(plain.true_index, 3) + ("" if measured is None else f" ({measured.true_index:.3f})"),
-                _share(house[0].right) if house else MISSING,
+                *(_share(one.right) for one in house),
             )
         )
     return _rows(rows) + "\n\nIn brackets beside an AI: the thesis's."
