@@ -45,7 +45,7 @@ merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(metho
 score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
-.PHONY: run sim merge score thesis install test check bench lock clean help
+.PHONY: run sim merge score thesis install test regression regression-update check study bench lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
 
@@ -79,6 +79,12 @@ $(stamp): requirements.lock pyproject.toml
 test: $(stamp)
 	$(bin)/pytest -n 2
 
+regression: $(stamp)
+	$(bin)/python -m mapquilt.regression
+
+regression-update: $(stamp)
+	$(bin)/python -m mapquilt.regression --update
+
 check: $(stamp)
 	$(bin)/ruff check .
 	$(bin)/ruff format --check .
@@ -87,6 +93,13 @@ check: $(stamp)
 
 bench: $(stamp)
 	$(bin)/python -m mapquilt.bench
+
+places = office house warehouse maze corridor_loop open_hall
+
+study: $(stamp)
+	$(bin)/mapquilt study noise $(foreach place,$(places),--world $(place)) --missions 2 --workers 2 \
+	  --cache runs/missions --out runs/study
+	$(bin)/mapquilt report runs/study
 
 lock: $(stamp)
 	@$(call quote,$(PYTHON)) -m venv .venv/lock
@@ -102,7 +115,10 @@ help:
 	@echo 'make sim, make merge, make score   one step of that, on what the step before left in out'
 	@echo 'make thesis    reproduce the study of Chen (2021) in runs/thesis; stopped, it goes on'
 	@echo 'make test      run the tests'
+	@echo 'make regression         merge generated pairs of all world families, compare with tests/golden'
+	@echo 'make regression-update  rewrite tests/golden, and print what changed'
 	@echo 'make check     lint, format, types, import contracts'
+	@echo 'make study     sweep the noise level: tables, plots and a report in runs/study'
 	@echo 'make bench     measure the cost of each step'
 	@echo 'make install   only set up .venv (every verb above does, when needed)'
 	@echo 'make lock      pin the newest allowed versions in requirements.lock'

@@ -24,9 +24,13 @@ _READING_ERRORS = (
 
 
 def save_npz(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write the arrays aside and rename the file into place. Raises ``OSError`` where it cannot be written."""
+    """Write the arrays aside and rename the file into place. Raises ``OSError`` where it cannot be written.
+
+    They are stored as they are: ranges are full of noise, and compressing them takes longer than sensing them, to save
+    an eighth of the file.
+    """
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    np.savez(buffer, **arrays)  # type: ignore[arg-type]
     write_bytes_aside(path, buffer.getvalue())
 
 

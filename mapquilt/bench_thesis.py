@@ -16,11 +16,12 @@ from mapping.map_set import MapSet
 from mapquilt.benchmark.trial import one_thread, warm_up
 from mapquilt.thesis.cases import BASE
 from mapquilt.thesis.missions import drawn_maps
-from merge.merger import MARGIN_CELLS, match_maps
+from merge.merger import match_maps
 from merge.morphology.correction import corrected
 from merge.picture import trinary_picture
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
+from merge.sheets import MARGIN_CELLS
 
 SEED = 7
 ROUNDS = 7

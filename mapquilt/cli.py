@@ -21,9 +21,18 @@ from mapquilt.coverage_file import coverage_line
 from mapquilt.dataset.command import app as dataset_app
 from mapquilt.exit_status import ALL_MERGED, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, SOME_REFUSED
 from mapquilt.lidar_table import lidar_table
-from mapquilt.load_maps import load_map_files
+from mapquilt.merge_again import answers_before
 from mapquilt.merge_file import merge_record
 from mapquilt.merge_folder import refuse_merge, write_merge
+from mapquilt.merge_inputs import MergeInputs, added_inputs, file_inputs, run_inputs
+from mapquilt.merge_options import (
+    FusionOption,
+    PriorOption,
+    ReferenceOption,
+    WorkersOption,
+    parse_priors,
+    workers_for,
+)
 from mapquilt.mission_options import (
     GoalOption,
     MissionOptions,
@@ -37,16 +46,20 @@ from mapquilt.morphology.debug import METHOD, refuse_debug, show_steps
 from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
+from mapquilt.report.command import report
 from mapquilt.run_stages import merge_run, run_seed, score_run, sense_run, simulate_run
 from mapquilt.sample import Poses, SampleSettings
 from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
+from mapquilt.study.command import study
 from mapquilt.tables import merge_table, print_table, score_table
 from mapquilt.thesis.command import thesis
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.decision import MIN_CONFIDENCE, DecisionSettings
+from merge.fusion import FUSIONS, FusionName
 from merge.merger import merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
+from merge.result import PairResult
 from merge.settings import MergeSettings
 from sim.drive import Drive, DriveLimits
 from sim.mission_settings import PolicyName
@@ -222,6 +235,19 @@ def merge(
     alternatives: Annotated[
         bool, typer.Option("--alternatives", help="List the best other places that were found for each pair, too.")
     ] = False,
+    reference: ReferenceOption = None,
+    fusion: FusionOption = "log_odds",
+    prior: PriorOption = None,
+    add: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--add",
+            metavar="MAP",
+            help="Join this map to the merge that RUN (or the folder of an older --out) holds, without matching the "
+            "others again; one that is called as a map there takes its place. Repeatable.",
+        ),
+    ] = None,
+    workers: WorkersOption = None,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[
         Path | None,
@@ -236,36 +262,66 @@ def merge(
     unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
-    """Find the transforms between maps, and merge them into one."""
-    settings = MergeSettings(method, searched_scales(scale), as_published, _decision(min_confidence, as_published))
+    """Find the transforms between maps, and merge them into one for each group that they join to."""
+    settings = MergeSettings(
+        method,
+        searched_scales(scale),
+        as_published,
+        _decision(min_confidence, as_published),
+        reference,
+        _fusion(fusion),
+        parse_priors(prior or ()),
+    )
     if debug is not None:
         refuse_debug(debug, settings, maps)
+    inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
+    _warn(inputs.warnings)
+    with workers_for(len(inputs.maps), workers) as executor, count_progress("merging pairs") as on_progress:
+        if folder is not None and run_folder.is_run(folder):
+            result = merge_run(folder, settings, seed, on_progress, inputs, executor, answers)
+        else:
+            result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
+            if folder is not None:
+                write_merge(folder, inputs, settings, seed, result)
+    if method == METHOD:
+        _warn(show_steps(inputs.maps, settings, debug))
+    if as_json:
+        typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
+    else:
+        print_table(merge_table(inputs.maps, result, alternatives))
+    for name, reason in result.left_out.items():
+        typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
+    return SOME_REFUSED if result.left_out else ALL_MERGED
+
+
+def _merge_inputs(
+    maps: list[Path], add: list[Path], out: Path | None, unknown: int | None, settings: MergeSettings, seed: int
+) -> tuple[MergeInputs, Path | None, dict[tuple[str, str], PairResult]]:
+    """What is merged, where the answer goes, and what is known of pairs."""
+    if add:
+        if len(maps) != 1 or not maps[0].is_dir():
+            raise ValueError(f"--add {add[0]}: needs one folder to add to, a run's or that of an older merge")
+        if out is not None:
+            raise ValueError(f"--out {out}: with --add the answer goes where the merge is")
+        inputs = added_inputs(maps[0], add, unknown)
+        return inputs, maps[0], answers_before(maps[0], inputs.maps, settings, seed)
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
             raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
         if unknown is not None:
             raise ValueError("--unknown is for map files; a run says itself what is unknown")
-        loaded = run_folder.load_maps(maps[0])
-        with count_progress("merging pairs") as on_progress:
-            result = merge_run(maps[0], settings, seed, on_progress)
-    else:
-        loaded, warnings = load_map_files(maps, unknown)
-        if out is not None:
-            refuse_merge(out, maps)
-        _warn(warnings)
-        with count_progress("merging pairs") as on_progress:
-            result = merge_maps(loaded, settings, seed, on_progress)
-        if out is not None:
-            write_merge(out, loaded, settings, seed, result)
-    if method == METHOD:
-        _warn(show_steps(loaded, settings, debug))
-    if as_json:
-        typer.echo(json.dumps(merge_record(loaded, settings, seed, result), allow_nan=False))
-    else:
-        print_table(merge_table(loaded, result, alternatives))
-    for name, reason in result.left_out.items():
-        typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
-    return SOME_REFUSED if result.left_out else ALL_MERGED
+        return run_inputs(maps[0]), maps[0], {}
+    inputs = file_inputs(maps, unknown)
+    if out is not None:
+        refuse_merge(out, maps)
+    return inputs, out, {}
+
+
+def _fusion(name: str) -> FusionName:
+    for known in FUSIONS:
+        if name == known:
+            return known
+    raise ValueError(f"--fusion {name}: must be one of {', '.join(FUSIONS)}")
 
 
 @app.command()
@@ -334,6 +390,8 @@ app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
 app.command()(calibrate)
 app.command()(thesis)
+app.command()(study)
+app.command()(report)
 
 
 def _version(wanted: bool) -> None:

@@ -1,20 +1,25 @@
-"""What a merge leaves: merged.pgm, merged.yaml, merge.png and merge.json."""
+"""What a merge leaves: a merged map and its conflicts for each group, transforms.yaml, merge.png and merge.json."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+import shutil
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from mapping.atomic import write_files_aside
 from mapping.map_file import map_files
-from mapping.map_set import MapSet
 from mapquilt import run_folder
 from mapquilt.json_file import record_bytes
-from mapquilt.merge_file import merge_record
+from mapquilt.merge_file import group_stems, has_files, merge_record
+from mapquilt.merge_inputs import INPUTS, MergeInputs
 from mapquilt.png import figure_png
 from mapquilt.spare_maps import spare_maps
+from mapquilt.transforms_file import transforms_text
 from merge.result import MergeResult
 from merge.settings import MergeSettings
+
+_OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NAME})_\d+\.(?:yaml|pgm)")
 
 
 def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
@@ -22,26 +27,55 @@ def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
     what mapquilt did not write."""
     if run_folder.is_run(folder):
         raise ValueError(f"{folder}: is a run, whose maps `mapquilt merge {folder}` merges; name another folder")
-    merged = folder / run_folder.MERGED_NAME
-    spare_maps(folder, sources, (merged.with_suffix(".yaml"), merged.with_suffix(".pgm")))
+    written = [path for path in folder.glob("*") if path.suffix in (".yaml", ".pgm") and is_answer(path.name)]
+    kept = [path for path in (folder / INPUTS).rglob("*") if path.is_file()]
+    spare_maps(folder, sources, [*written, *kept])
     run_folder.refuse_foreign(folder, run_folder.MERGE_FILE)
 
 
+def is_answer(name: str) -> bool:
+    """Whether a file of that name is part of what ``merge`` and ``score`` add to a folder."""
+    return name in run_folder.ANSWER_FILES or _OF_A_GROUP.fullmatch(name) is not None
+
+
 def merge_files(
-    folder: Path, maps: MapSet, settings: MergeSettings, seed: int, result: MergeResult
+    folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
 ) -> dict[Path, bytes]:
     """The files of a merge in that folder, as bytes."""
     from mapquilt.overview import merge_figure
 
     path = folder / run_folder.MERGE_FILE
-    record = record_bytes(path, "merge", merge_record(maps, settings, seed, result))
-    picture = figure_png(merge_figure(maps, result.merged, dict(result.reference_from_map)))
-    merged = map_files(result.merged, folder / run_folder.MERGED_NAME)
-    return {**merged, folder / run_folder.MERGE_PICTURE: picture, path: record}
+    record = record_bytes(path, "merge", merge_record(inputs, settings, seed, result))
+    files = {folder / name: data for name, data in inputs.copies.items()}
+    for index, group in enumerate(result.groups):
+        if has_files(group, index):
+            merged, conflicts = group_stems(index)
+            files |= map_files(group.merged, folder / merged) | map_files(group.conflicts, folder / conflicts)
+    files[folder / run_folder.TRANSFORMS_FILE] = transforms_text(inputs.maps, result).encode()
+    files[folder / run_folder.MERGE_PICTURE] = figure_png(merge_figure(inputs.maps, result.groups))
+    return {**files, path: record}
 
 
-def write_merge(folder: Path, maps: MapSet, settings: MergeSettings, seed: int, result: MergeResult) -> None:
+def write_merge(folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> None:
     """Write all files of a merge, or none, into a folder, which is made if it is missing."""
-    files = merge_files(folder, maps, settings, seed, result)
-    folder.mkdir(parents=True, exist_ok=True)
+    write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
+
+
+def write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) -> None:
+    """Write the files of a merge, all or none, and take away what an older one has left of groups and maps."""
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
     write_files_aside(files)
+    for path in _left(folder, files, inputs.files):
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+def _left(folder: Path, files: dict[Path, bytes], kept: Iterable[str]) -> list[Path]:
+    of_groups = [path for path in folder.iterdir() if _OF_A_GROUP.fullmatch(path.name) and path not in files]
+    places = {folder / Path(file).parent for file in kept}
+    inputs = folder / INPUTS
+    copies = [path for path in inputs.iterdir() if path not in places] if inputs.is_dir() else []
+    return of_groups + copies

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,9 +18,13 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
+from mapquilt.merge_file import GroupRecord
+from mapquilt.merged_score import placed_in_world
 from mapquilt.palette import FENCE, FREE, TRUE_WALL, UNKNOWN, map_colours, of_255, picture, robot_colour
 from mapquilt.panels import Extent, lay_out, write_title
+from mapquilt.run_score import RunScore
 from mapquilt.truth_file import RunTruth
+from merge.result import MergedGroup
 from sim.mission import Mission
 
 LEGEND_COLUMNS, LEGEND_ROW_INCHES = 5, 0.17
@@ -28,41 +32,66 @@ OPACITY = 0.9
 """Of a map's walls over those of others."""
 
 
-def merge_figure(maps: MapSet, merged: OccupancyGrid, reference_from_map: Mapping[str, Similarity2]) -> Figure:
-    """The merged map, its walls in the colours of the maps that show them, and every map as the merger got it."""
-    figure, panels = lay_out([_extent(grid) for grid in (merged, *maps.grids)])
-    # The walls of each map are all of the merged ones: what is drawn below them must not darken their colours.
-    _show_grid(panels[0], merged, walls=not reference_from_map)
-    _show_all_walls(panels[0], maps, reference_from_map)
-    write_title(panels[0], "merged map", f"{len(reference_from_map)} of {len(maps)} maps")
-    for panel, name, grid, colour in zip(panels[1:], maps.names, maps.grids, map_colours(maps.names), strict=True):
+def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
+    """The merged map of each group, its walls in the colours of the maps that show them, and every map as the merger
+    got it. A map that stands alone is no group of its own, unless nothing was joined."""
+    shown = [group for index, group in enumerate(groups) if index == 0 or len(group.reference_from_map) > 1]
+    figure, panels = lay_out([_extent(grid) for grid in (*(group.merged for group in shown), *maps.grids)])
+    for panel, group in zip(panels, shown, strict=False):
+        # The walls of each map are all of the merged ones: what is drawn below them must not darken their colours.
+        _show_grid(panel, group.merged, walls=not group.reference_from_map)
+        _show_all_walls(panel, maps, group.reference_from_map)
+        conflicts = int(np.count_nonzero(group.conflicts.occupied))
+        told = f", {conflicts} cells in conflict" if conflicts else ""
+        title = "merged map" if len(shown) == 1 else f"merged map {shown.index(group) + 1}"
+        write_title(panel, title, f"{_count(group.reference_from_map, maps)}, frame of {group.reference}{told}")
+    number_of = {name: number for number, group in enumerate(shown, 1) for name in group.reference_from_map}
+    colours = map_colours(maps.names)
+    for panel, name, grid, colour in zip(panels[len(shown) :], maps.names, maps.grids, colours, strict=True):
         _show_grid(panel, grid)
-        write_title(panel, name, "" if name in reference_from_map else "not merged", colour)
+        joined = "" if len(shown) == 1 else f"in merged map {number_of.get(name)}"
+        write_title(panel, name, joined if name in number_of else "not merged", colour)
     return figure
+
+
+def _count(placed: Mapping[str, Similarity2], maps: MapSet) -> str:
+    return f"{len(placed)} of {len(maps)} maps"
 
 
 def overview_figure(
     mission: Mission,
     maps: MapSet,
     truth: RunTruth,
-    merged: OccupancyGrid,
-    reference: str,
-    reference_from_map: dict[str, Similarity2],
+    groups: Sequence[tuple[GroupRecord, OccupancyGrid]],
+    score: RunScore,
 ) -> Figure:
-    """The world with the paths, the merged grid, the merged walls over the truth, and each robot's grid."""
+    """The world with the paths, the merged grid of each group, the merged walls over the truth, and each robot's
+    grid."""
     width, height = mission.world.size
     world = Extent(0.0, width, 0.0, height)
     legend = LEGEND_ROW_INCHES * math.ceil(len(mission.robots) / LEGEND_COLUMNS)
-    figure, panels = lay_out([world, _extent(merged), world, *map(_extent, maps.grids)], legend)
+    extents = [_extent(merged) for _, merged in groups]
+    figure, panels = lay_out([world, *extents, world, *map(_extent, maps.grids)], legend)
     _show_world(panels[0], mission)
-    _show_grid(panels[1], merged)
-    write_title(panels[1], "merged map", f"{len(reference_from_map)} of {len(maps)} maps, frame of {reference}")
-    _show_over_truth(panels[2], mission, maps, truth, reference, reference_from_map)
-    for panel, name, grid, colour in zip(panels[3:], maps.names, maps.grids, map_colours(maps.names), strict=True):
+    for number, (panel, (group, merged)) in enumerate(zip(panels[1:], groups, strict=False)):
+        _show_grid(panel, merged)
+        title = "merged map" if len(groups) == 1 else f"merged map {number + 1}"
+        told = _quality(score, group)
+        write_title(panel, title, f"{_count(group.reference_from_map, maps)}, frame of {group.reference}{told}")
+    _show_over_truth(panels[1 + len(groups)], mission, maps, truth, [group for group, _ in groups])
+    colours = map_colours(maps.names)
+    for panel, name, grid, colour in zip(panels[2 + len(groups) :], maps.names, maps.grids, colours, strict=True):
         _show_grid(panel, grid)
         scale, resolution = truth.robot(name).truth.world_from_map.scale, grid.frame.resolution
         write_title(panel, name, f"states {resolution:g} m a cell, truly {resolution * scale:.3f} m", colour)
     return figure
+
+
+def _quality(score: RunScore, group: GroupRecord) -> str:
+    told = next((each for each in score.merged if each.reference == group.reference), None)
+    if told is None or told.iou_free is None or told.f1_walls is None:
+        return ""
+    return f"; free IoU {told.iou_free:.2f}, walls F1 {told.f1_walls:.2f}"
 
 
 def _extent(grid: OccupancyGrid) -> Extent:
@@ -114,15 +143,12 @@ def _show_world(panel: Axes, mission: Mission) -> None:
 
 
 def _show_over_truth(
-    panel: Axes,
-    mission: Mission,
-    maps: MapSet,
-    truth: RunTruth,
-    reference: str,
-    reference_from_map: dict[str, Similarity2],
+    panel: Axes, mission: Mission, maps: MapSet, truth: RunTruth, groups: Sequence[GroupRecord]
 ) -> None:
     panel.add_collection(PolyCollection(mission.world.obstacles, facecolors=TRUE_WALL, edgecolors="none"))
-    world_from_reference = truth.robot(reference).truth.world_from_map
-    world_from_map = {name: world_from_reference @ placed for name, placed in reference_from_map.items()}
-    _show_all_walls(panel, maps, world_from_map)
+    for group in groups:
+        if group.reference_from_map:
+            world_from_reference = placed_in_world(maps, truth, group.reference_from_map)
+            placed = {name: world_from_reference @ place for name, place in group.reference_from_map.items()}
+            _show_all_walls(panel, maps, placed)
     write_title(panel, "merged walls", "over the true ones (grey) [m]")

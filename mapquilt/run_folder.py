@@ -7,7 +7,7 @@ robot_0/             map.pgm, map.yaml and log.npz, as a real robot could bring 
 truth.json           where the maps truly lie
 truth/               the world's true raster, and for each robot the part that it could have seen
 coverage.json        how much of the world was seen as time went by; coverage.png beside it
-merge.json           the merger's answer; merged.pgm, merged.yaml and merge.png beside it
+merge.json           the merger's answer; merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png beside it
 score.json           the answer against the truth; overview.png beside it
 timings.json         seconds; all that differs between two runs of one seed
 """
@@ -21,6 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mapping.atomic import folder_aside, write_files_aside
+from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot_log import RobotLog
@@ -40,6 +41,8 @@ MERGE_FILE = "merge.json"
 SCORE_FILE = "score.json"
 TIMINGS_FILE = "timings.json"
 MERGED_NAME = "merged"
+CONFLICTS_NAME = "conflicts"
+TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 OVERVIEW_PICTURE = "overview.png"
 
@@ -47,6 +50,9 @@ ANSWER_FILES = (
     MERGE_FILE,
     f"{MERGED_NAME}.yaml",
     f"{MERGED_NAME}.pgm",
+    f"{CONFLICTS_NAME}.yaml",
+    f"{CONFLICTS_NAME}.pgm",
+    TRANSFORMS_FILE,
     MERGE_PICTURE,
     SCORE_FILE,
     OVERVIEW_PICTURE,
@@ -154,6 +160,15 @@ def load_maps(folder: Path) -> MapSet:
         resolutions_trusted=record["resolutions_trusted"],
         provenance=record["provenance"],
     )
+
+
+def true_rasters(folder: Path, maps: MapSet) -> tuple[OccupancyGrid, dict[str, OccupancyGrid]]:
+    """The world's true raster, and of each map the part of it that its robot could have seen.
+
+    Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong.
+    """
+    truth = folder / TRUTH_FOLDER
+    return load_map(truth / "world.yaml").grid, {name: load_map(truth / f"{name}.yaml").grid for name in maps.names}
 
 
 def load_log(folder: Path, name: str) -> RobotLog:

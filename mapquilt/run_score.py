@@ -11,6 +11,7 @@ from mapping.map_set import MapSet
 from mapping.truth import PairTruth
 from mapquilt.json_file import record_bytes
 from mapquilt.merge_file import MergeAnswer, PairRecord
+from mapquilt.merged_score import MergedScore
 from mapquilt.score import RIGHT, THESIS, TransformError, transform_error
 from mapquilt.truth_file import RunTruth
 
@@ -50,7 +51,10 @@ class PairScore:
 
 @dataclass(frozen=True)
 class RunScore:
+    """What became of each pair, and how true the merged map of each group is."""
+
     pairs: tuple[PairScore, ...]
+    merged: tuple[MergedScore, ...] = ()
 
     def summary(self) -> dict[str, int]:
         outcomes = [pair.outcome for pair in self.pairs]
@@ -102,4 +106,5 @@ def _bent(pair: PairTruth, allowed: float) -> bool | None:
 def score_bytes(path: Path, score: RunScore) -> bytes:
     """What score.json holds."""
     pairs: list[dict[str, Any]] = [{**dataclasses.asdict(pair), "outcome": pair.outcome} for pair in score.pairs]
-    return record_bytes(path, "score", {"schema": SCHEMA, "pairs": pairs, "summary": score.summary()})
+    merged = [{**dataclasses.asdict(group), "maps": list(group.maps)} for group in score.merged]
+    return record_bytes(path, "score", {"schema": SCHEMA, "merged": merged, "pairs": pairs, "summary": score.summary()})

@@ -5,25 +5,29 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 from mapping.atomic import write_files_aside
+from mapping.grid import OccupancyGrid
 from mapping.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.trajectory import Trajectory
 from mapquilt import run_folder
 from mapquilt.coverage_file import write_coverage
 from mapquilt.json_file import read_record
-from mapquilt.merge_file import MergeAnswer, load_answer
-from mapquilt.merge_folder import merge_files
+from mapquilt.merge_file import GroupRecord, MergeAnswer, load_answer
+from mapquilt.merge_folder import merge_files, write_answer
+from mapquilt.merge_inputs import MergeInputs, run_inputs
+from mapquilt.merged_score import merged_score
 from mapquilt.png import figure_png
 from mapquilt.run_score import RunScore, score_answer, score_bytes
 from mapquilt.run_writer import fill_run
 from mapquilt.sample import Sample, SampleSettings, make_sample, sample_steps
 from mapquilt.truth_file import RunTruth, load_truth
 from merge.merger import Progress, merge_maps
-from merge.result import MergeResult
+from merge.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 from sim.coverage import coverage
 from sim.mission import Mission, simulate
@@ -95,21 +99,30 @@ def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
     return step
 
 
-def merge_run(run: Path, settings: MergeSettings, seed: int, on_progress: Progress | None = None) -> MergeResult:
+def merge_run(
+    run: Path,
+    settings: MergeSettings,
+    seed: int,
+    on_progress: Progress | None = None,
+    inputs: MergeInputs | None = None,
+    executor: Executor | None = None,
+    answers: Mapping[tuple[str, str], PairResult] | None = None,
+) -> MergeResult:
     """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
 
-    The score of an older answer is deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
+    ``inputs`` are others than the run's own maps, ``answers`` pairs that are known. The score of an older answer is
+    deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
     """
     made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
-    maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
+    inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
     start = time.perf_counter()
-    result = merge_maps(maps, settings, seed, on_progress)
+    result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
     merged = time.perf_counter() - start
-    files = merge_files(run, maps, settings, seed, result)
+    files = merge_files(run, inputs, settings, seed, result)
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
     if (run / run_folder.RUN_FILE).read_bytes() != made_by:
         raise ValueError(f"{run}: another run has taken its place while it was merged; merge again")
-    write_files_aside(files | run_folder.timings_file(run, timings, "merge", seconds))
+    write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
     for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
         (run / stale).unlink(missing_ok=True)
     return result
@@ -124,18 +137,33 @@ def score_run(run: Path) -> RunScore:
     if not merge_path.exists():
         raise ValueError(f"{merge_path}: no such file; run `mapquilt merge {run}` first")
     answer, truth = load_answer(merge_path), load_truth(run / run_folder.TRUTH_FILE)
+    answer = answer.without_added()
     _check_of_one_run(run, maps, answer, truth)
     start = time.perf_counter()
-    score = score_answer(maps, truth, answer)
+    groups = _merged_groups(run, answer)
+    world, footprints = run_folder.true_rasters(run, maps)
+    merged = tuple(
+        merged_score(maps, truth, group.reference_from_map, group.reference, grid, world, footprints)
+        for group, grid in groups
+    )
+    score = dataclasses.replace(score_answer(maps, truth, answer), merged=merged)
     scored = time.perf_counter() - start
     mission = load_mission(run_folder.mission_folder(run))
-    merged = load_map(run / f"{run_folder.MERGED_NAME}.yaml").grid
-    figure = overview_figure(mission, maps, truth, merged, answer.reference, answer.reference_from_map)
+    figure = overview_figure(mission, maps, truth, groups, score)
     score_path = run / run_folder.SCORE_FILE
     files = {score_path: score_bytes(score_path, score), run / run_folder.OVERVIEW_PICTURE: figure_png(figure)}
     seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
     write_files_aside(files | run_folder.timings_file(run, timings, "score", seconds))
     return score
+
+
+def _merged_groups(run: Path, answer: MergeAnswer) -> list[tuple[GroupRecord, OccupancyGrid]]:
+    """The groups whose merged map was written, with it."""
+    return [
+        (group, load_map(run / f"{group.merged}.yaml").grid)
+        for group in answer.groups
+        if group.merged is not None and group.reference_from_map
+    ]
 
 
 def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTruth) -> None:
@@ -144,7 +172,7 @@ def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTr
         if known.count(name) != 1:
             raise ValueError(f"{run / run_folder.TRUTH_FILE}: tells {known.count(name)} times of the map {name!r}")
     for name in (
-        answer.reference,
+        *({answer.reference} - answer.added),
         *answer.reference_from_map,
         *(n for p in answer.pairs for n in (p.target, p.source)),
     ):

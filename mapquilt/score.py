@@ -35,6 +35,9 @@ class Criterion:
 
 
 RIGHT = Criterion(rotation_deg=2.0, scale_percent=3.0, displacement_of_diagonal=0.015)
+FOUND = Criterion(rotation_deg=7.0, scale_percent=8.0, displacement_of_diagonal=0.05)
+"""The right place, however inexactly told."""
+
 THESIS = Criterion(rotation_deg=5.0, scale_percent=5.0, displacement_cells=10.0)
 """Chen 2021: within 10 px, 5 degrees and 5 %."""
 

@@ -46,16 +46,26 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
     )
     for pair in result.pairs:
         source_unit = maps.units[maps.names.index(pair.source)]
-        head = (f"{pair.target} <- {pair.source}", _verdict(pair.accepted, pair.reason), f"{pair.confidence:.2f}")
+        head = (f"{pair.target} <- {pair.source}", _told(pair), f"{pair.confidence:.2f}")
         table.add_row(*head, *_place(pair, source_unit, pair.target_from_source, pair.covariance))
         for other in pair.alternatives if alternatives else ():
             place = _place(pair, source_unit, other.target_from_source, None)
             table.add_row("", f"or elsewhere: walls agree {other.agreement:.2f}{_against(pair)}", "", *place)
     merged = len(result.reference_from_map)
     table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
+    for group in result.groups[1:]:
+        if len(group.reference_from_map) > 1:
+            table.caption += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
     if not result.confidence_calibrated:
         table.caption += "; confidence is uncalibrated"
     return table
+
+
+def _told(pair: PairResult) -> str:
+    if pair.accepted and pair.decided_by != "pair":
+        alone = f", alone refused: {pair.pair_reason}" if pair.pair_reason else ""
+        return f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}"
+    return _verdict(pair.accepted, pair.reason)
 
 
 def _against(pair: PairResult) -> str:
@@ -103,6 +113,12 @@ def score_table(score: RunScore) -> Table:
         f"{counts['wrong_accepts']} wrongly accepted, {counts['missed']} missed, "
         f"{counts['rightly_refused']} rightly refused"
     )
+    for group in score.merged:
+        if group.iou_free is not None and group.f1_walls is not None:
+            table.caption += (
+                f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
+                f"free IoU {group.iou_free:.3f}, walls F1 {group.f1_walls:.3f}"
+            )
     return table
 
 

@@ -16,9 +16,11 @@ from mapping.similarity2 import Similarity2
 from merge.layers import Layers
 
 SIGMA_CELLS = 1.2
-FACING_WEIGHT, WALL_WEIGHT, CONTRADICTION_WEIGHT = 1.9, 0.43, 0.7
-"""So that surface on surface that faces the same way counts 1 (and 0.1 whichever way it faces) per cell of length, and
-surface deep in the other's free space -0.7: maps that share little are found by contradicting one another little."""
+FACING_WEIGHT, WALL_WEIGHT = 1.9, 0.43
+"""So that surface on surface that faces the same way counts 1 (and 0.1 whichever way it faces) per cell of length."""
+
+CONTRADICTION = 0.35
+"""What surface deep in the other's free space takes, per cell of length."""
 
 BESIDE_SHARE = 0.4
 """Rasters are padded by this share of the smaller map only: what is pushed out on one side comes in on the other."""
@@ -40,14 +42,21 @@ class Peak:
 
 
 def correlate(
-    target: Layers, source: Layers, scale: float, yaws: Iterable[float], across: int = 112, most: int = 4
+    target: Layers,
+    source: Layers,
+    scale: float,
+    yaws: Iterable[float],
+    across: int = 112,
+    most: int = 4,
+    contradiction: float = CONTRADICTION,
 ) -> list[Peak]:
     """The ``most`` best shifts of the source at one scale and each of the yaws [rad].
 
     The score is the correlation of signed surface normals, plus a little for walls on walls, less what lies of either
     surface in the other's free space; over the root of both lengths. Normals are gradients of the blurred free
     space, and correlating gradients is multiplying the spectrum by the squared wave number, so that one inverse
-    transform gives it all. ``across`` is the longer side of the larger map, in cells of the raster.
+    transform gives it all. ``across`` is the longer side of the larger map, in cells of the raster; ``contradiction``
+    is what a cell of length in the other's free space takes.
     """
     yaws = list(yaws)
     if not yaws:
@@ -57,8 +66,8 @@ def correlate(
     walls, free = _weights(shape)
     a_free, a_deep, a_wall = _spectra(target, 0.0, cell, shape)
     with_free = FACING_WEIGHT * free * a_free
-    with_deep = -CONTRADICTION_WEIGHT * walls * a_wall
-    with_wall = WALL_WEIGHT * _blur(shape) * a_wall - CONTRADICTION_WEIGHT * walls * a_deep
+    with_deep = -contradiction * walls * a_wall
+    with_wall = WALL_WEIGHT * _blur(shape) * a_wall - contradiction * walls * a_deep
     there, here = target.middle.tolist(), source.middle.tolist()
     peaks = []
     for axis, sides in _axes(yaws).items():

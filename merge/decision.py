@@ -14,6 +14,7 @@ ONE_WAY = "too little structure: the walls in common all run one way, and the an
 OVERLAP = "too little overlap"
 CONTRADICTION = "walls contradict free space"
 RIVAL = "two answers equally good"
+INEXACT = "the place is found, but too little structure in common to tell it exactly"
 
 
 MIN_CONFIDENCE = 0.7
@@ -26,12 +27,10 @@ MISSING = 2.0
 class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``lead``, ``breadth``, ``threshold``: the log-odds of being right are ``agreement`` times the
-      agreement, plus ``lead`` times what the best rival lies below it, less ``breadth`` times the logarithm of how many
-      times ``little_overlap`` the maps overlap, less ``threshold``. A lead above ``enough_lead`` says no more, or a
-      poor answer would pass for want of any other. Of maps that are said to share nearly all, more agreement can be
-      asked than of maps that share a third; what shares still less is excused no further. Fitted to generated pairs
-      by ``mapquilt calibrate``;
+    - ``agreement``, ``lead``, ``threshold``: the log-odds of the right place are ``agreement`` times the agreement,
+      plus ``lead`` times what the best rival lies below it, less ``threshold``; an agreement above ``enough_agreement``
+      says no more (bent maps have no better), nor a lead above ``enough_lead`` (or a poor answer would pass for want of
+      any other). Fitted to generated pairs by ``mapquilt calibrate``;
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -41,25 +40,22 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 12.57
-    lead: float = 51.27
-    breadth: float = 7.41
-    threshold: float = 10.39
+    agreement: float = 5.22
+    lead: float = 35.45
+    threshold: float = 6.47
+    enough_agreement: float = 0.5
     enough_lead: float = 0.25
-    little_overlap: float = 0.3
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
-    min_agreement: float = 0.3
+    min_agreement: float = 0.4
     min_margin: float = 0.1
     min_confidence: float = MIN_CONFIDENCE
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if name not in ("min_confidence", "little_overlap") and not 0.0 <= value < math.inf:
+            if name != "min_confidence" and not 0.0 <= value < math.inf:
                 raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
-        if not 0.0 < self.little_overlap <= 1.0:
-            raise ValueError(f"DecisionSettings: little_overlap is {self.little_overlap}, must lie in (0, 1]")
         if not 0.0 <= self.min_confidence <= 1.0:
             raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
 
@@ -76,15 +72,19 @@ class Decision:
 def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) -> Decision:
     """Accept where the answer is sure enough and nothing that must be there is missing.
 
-    The confidence rises with every piece of evidence. A refusal names what is missing most: a rival, where one takes
-    from what the answer would be worth by itself.
+    The confidence is the chance that the place is the right one, times that of its being told exactly enough; it rises
+    with every piece of evidence. A refusal names what is missing most: a rival, where one takes from what the answer
+    would be worth by itself.
     """
     odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
         if value < needed:
             odds, reason = min(odds, value / needed - 1.0 - MISSING), missing
             break
-    confidence = _confidence(odds)
+    place = float(expit(odds))
+    confidence = place * evidence.exactness
+    if place >= settings.min_confidence:
+        reason = INEXACT
     accepted = confidence >= settings.min_confidence
     return Decision(accepted, confidence, None if accepted else reason)
 
@@ -94,19 +94,14 @@ def lead_of(evidence: Evidence) -> float:
     return max(0.0, evidence.agreement - evidence.rival_agreement)
 
 
-def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float, float]:
-    """What ``agreement``, ``lead`` and, with a minus, ``breadth`` weigh."""
-    breadth = math.log(max(evidence.overlap, settings.little_overlap) / settings.little_overlap)
-    return evidence.agreement, min(lead_of(evidence), settings.enough_lead), breadth
+def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
+    """What ``agreement`` and ``lead`` weigh."""
+    return min(evidence.agreement, settings.enough_agreement), min(lead_of(evidence), settings.enough_lead)
 
 
 def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
-    agreement, lead, breadth = features(evidence, settings)
-    return settings.agreement * agreement + settings.lead * lead - settings.breadth * breadth - settings.threshold
-
-
-def _confidence(log_odds: float) -> float:
-    return float(expit(log_odds))
+    agreement, lead = features(evidence, settings)
+    return settings.agreement * agreement + settings.lead * lead - settings.threshold
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:

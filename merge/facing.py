@@ -34,6 +34,8 @@ class Facing:
     - ``scale_step``, ``across``, ``peaks``: the correlation's scales lie no further apart than this factor, its rasters
       have so many cells along the larger map, and each scale and rotation brings so many shifts;
     - ``proposals``: so many of all shifts are proposed;
+    - ``contradiction``: what the correlation takes for surface in the other's free space, per cell of length; maps
+      that share little are found by contradicting one another little;
     - ``clear``: where wall directions correlate less than this, as in caves, no rotation is likelier than another, and
       all are tried, more coarsely.
     """
@@ -42,6 +44,7 @@ class Facing:
     across: int = 112
     peaks: int = 4
     proposals: int = 400
+    contradiction: float = 0.7
     clear: float = 0.6
 
     def describe(self, chart: Chart) -> FacingWalls:
@@ -59,7 +62,7 @@ class Facing:
         peaks: list[Peak] = []
         for step, yaws, across in searches:
             for size in scales(scale, step):
-                peaks += correlate(target.layers, source.layers, size, yaws, across, self.peaks)
+                peaks += correlate(target.layers, source.layers, size, yaws, across, self.peaks, self.contradiction)
         peaks.sort(key=lambda peak: -peak.score)
         return tuple(Proposal(peak.target_from_source) for peak in peaks[: self.proposals])
 

@@ -1,15 +1,18 @@
-"""Several maps in one grid."""
+"""Several maps in one grid, and where they contradict one another."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from mapping.frame import GridFrame
-from mapping.grid import SMALLEST_MISS, OccupancyGrid
+from mapping.grid import FREE, OCCUPIED, SMALLEST_MISS, UNKNOWN, OccupancyGrid
 from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
@@ -19,23 +22,96 @@ ROUNDING_CELLS = 1e-6
 SAMPLES = 2
 """Points a side at which a merged cell looks up each map: no transform is known finer than half a cell."""
 
+MOST_CELLS = 2**26
+"""A merged map has no more cells: they are made wider where it would."""
 
-def fuse(reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]]) -> OccupancyGrid:
-    """Add up the log-odds of maps, each with its ``reference_from_map``, in the reference's frame and resolution.
+FusionName = Literal["log_odds", "least_entropy", "max"]
+FUSIONS: tuple[FusionName, ...] = get_args(FusionName)
 
-    Independent evidence adds in log-odds (Moravec 1988). The grid is the reference's, with its cells and its origin's
-    yaw, grown by whole cells to hold all maps; each map is looked up there by :func:`mapping.resampling.resampled`, so
-    that thin walls of finer maps stay.
+Raster = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Fused:
+    """The merged map, and on the same cells where its maps ``conflict``: occupied where one shows a wall deep in what
+    another shows free, free where two or more know the cell and agree, unknown where fewer do."""
+
+    merged: OccupancyGrid
+    conflicts: OccupancyGrid
+
+
+def fuse(
+    reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
+) -> OccupancyGrid:
+    """Join maps, each with its ``reference_from_map``, in the reference's frame and resolution: see
+    :func:`fuse_and_compare`."""
+    return fuse_and_compare(reference, grids, fusion).merged
+
+
+def fuse_and_compare(
+    reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
+) -> Fused:
+    """Join maps, each with its ``reference_from_map``, in the reference's frame and resolution, in any order.
+
+    - ``log_odds`` adds up evidence, which in log-odds is a sum where it is independent (Moravec 1988);
+    - ``least_entropy`` keeps of a cell's probabilities, and their mean, that of least Shannon entropy (Chen 2021,
+      appendix A). Entropy is concave, so the mean never has less than the surest: the surest map has its way, and
+      occupied where two are as sure of opposites;
+    - ``max`` keeps the most occupied (m-explore).
+
+    The grid is the reference's, with its cells and its origin's yaw, grown by whole cells to hold all maps; each map is
+    looked up there by :func:`mapping.resampling.resampled`, so that thin walls of finer maps stay.
     """
     frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
     total = np.zeros(frame.shape, dtype=np.float32)
-    known = np.zeros(frame.shape, dtype=bool)
+    known, occupied, free = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(3))
+    deep = np.zeros(frame.shape, dtype=bool)
     for reference_from_map, grid in grids:
         seen = resampled(grid, reference_from_map, frame, SAMPLES)
-        total += seen
-        known |= seen != 0.0
-    total[known & (total == 0.0)] = SMALLEST_MISS
-    return OccupancyGrid(frame, total)
+        _RULES[fusion](total, seen, known > 0)
+        known += seen != 0.0
+        occupied += seen > 0.0
+        free += seen < 0.0
+        deep |= _inner(seen < 0.0)
+    total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
+    told = np.where(deep & (occupied > 0), OCCUPIED, np.where(known > 1, FREE, UNKNOWN))
+    return Fused(OccupancyGrid(frame, total), OccupancyGrid.from_occupancy(frame, told))
+
+
+def _add(total: Raster, seen: Raster, known: NDArray[np.bool_]) -> None:
+    total += seen
+
+
+def _surest(total: Raster, seen: Raster, known: NDArray[np.bool_]) -> None:
+    surer = np.abs(seen) > np.abs(total)
+    opposite = (np.abs(seen) == np.abs(total)) & (seen > total)
+    np.copyto(total, seen, where=surer | opposite)
+
+
+def _most_occupied(total: Raster, seen: Raster, known: NDArray[np.bool_]) -> None:
+    np.copyto(total, seen, where=(seen != 0.0) & (~known | (seen > total)))
+
+
+_RULES: dict[FusionName, Callable[[Raster, Raster, NDArray[np.bool_]], None]] = {
+    "log_odds": _add,
+    "least_entropy": _surest,
+    "max": _most_occupied,
+}
+
+
+def _inner(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Free cells with nothing else around them: walls that lie a cell off are no conflict."""
+    inner: NDArray[np.bool_] = ndimage.binary_erosion(free, np.ones((3, 3), bool))
+    return inner
+
+
+def finest(reference: GridFrame, resolutions: Sequence[float]) -> GridFrame:
+    """The reference's raster, in cells as fine as the finest of these resolutions, in its metres."""
+    resolution = min(reference.resolution, *resolutions) if resolutions else reference.resolution
+    if resolution > reference.resolution * (1.0 - 1e-6):
+        return reference
+    rows, cols = (math.ceil(side * reference.resolution / resolution - ROUNDING_CELLS) for side in reference.shape)
+    return GridFrame(resolution, reference.origin, (rows, cols))
 
 
 def _corners(reference_from_map: Similarity2, grid: OccupancyGrid) -> NDArray[np.float64]:
@@ -51,4 +127,10 @@ def _grown(reference: GridFrame, corners: Sequence[NDArray[np.float64]]) -> Grid
     right, high = (math.ceil(value - ROUNDING_CELLS) for value in local.max(axis=0))
     right, high = max(cols, right), max(rows, high)
     corner = reference.origin @ SE2(left * reference.resolution, low * reference.resolution)
-    return GridFrame(reference.resolution, corner, (high - low, right - left))
+    grown = GridFrame(reference.resolution, corner, (high - low, right - left))
+    cells = math.prod(grown.shape)
+    if cells <= MOST_CELLS:
+        return grown
+    wider = math.sqrt(cells / MOST_CELLS)
+    rows, cols = (math.ceil(side / wider) for side in grown.shape)
+    return GridFrame(reference.resolution * wider, corner, (rows, cols))

@@ -12,8 +12,8 @@ from mapping.similarity2 import Similarity2
 from merge.candidates import Candidate, candidates, distinct, finished, is_rival, rivals, settled, sharpest
 from merge.cells import compare_cells
 from merge.chart import Chart
-from merge.decision import BARE, Decision, DecisionSettings, decide
-from merge.proposer import Proposer
+from merge.decision import BARE, Decision, DecisionSettings, decide, lead_of
+from merge.proposer import Proposal, Proposer
 from merge.result import Evidence
 from merge.scale_range import ScaleRange
 from merge.uncertainty import Uncertainty, uncertainty
@@ -24,8 +24,8 @@ FINALISTS = 4
 PROMISING = 0.25
 """What agrees less, refined quickly, is not worth more before the next proposer has had its say."""
 
-SURE = 0.97
-"""An answer of this confidence needs no further proposals."""
+SURE_AGREEMENT = 0.45
+"""An answer that agrees so well, and leaves its rivals far behind, needs no further proposals."""
 
 ALTERNATIVES = 3
 """So many other places are told."""
@@ -106,9 +106,13 @@ def merge_pair(
         if answer.agreement >= settings.min_agreement:
             found = distinct(*charts, [*found, *rivals(*charts, found[0].target_from_source, scale)])
             answer = _best(*charts, found, scale, settings)
-        if answer.decision.accepted and answer.decision.confidence >= SURE:
+        if answer.evidence is not None and _is_sure(answer.evidence, settings):
             break
     return answer
+
+
+def _is_sure(evidence: Evidence, settings: DecisionSettings) -> bool:
+    return evidence.agreement >= SURE_AGREEMENT and lead_of(evidence) >= settings.enough_lead
 
 
 def _best(
@@ -122,17 +126,20 @@ def _best(
         if is_rival(target, source, best, other)
     ]
     others.sort(key=lambda other: -other.agreement)
-    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0)
+    exact = uncertainty(target, source, best.target_from_source, scale)
+    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0, exact.exactness)
     return PairAnswer(
         best.target_from_source,
         evidence,
         decide(evidence, settings),
-        uncertainty(target, source, best.target_from_source, scale),
+        exact,
         tuple(others[:ALTERNATIVES]),
     )
 
 
-def _evidence(target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float) -> Evidence:
+def _evidence(
+    target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float, exactness: float
+) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
     walls = best.laid[level]
     return Evidence(
@@ -146,7 +153,25 @@ def _evidence(target: Chart, source: Chart, best: Candidate, level: int, rival_a
         spread=walls.spread,
         agreement=walls.agreement,
         rival_agreement=rival_agreement,
+        exactness=exactness,
         matches=best.proposal.matches,
         inliers=best.proposal.inliers,
         votes=best.proposal.votes,
     )
+
+
+def answer_near(
+    target: Sheet,
+    source: Sheet,
+    places: Sequence[Similarity2],
+    scale: ScaleRange,
+    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
+) -> PairAnswer:
+    """Verify, refine and decide where it is known from elsewhere that the source lies near one of these places: no
+    place far off is its rival."""
+    charts = target.chart, source.chart
+    if min(len(chart.points) for chart in charts) < MIN_SURFACE_POINTS:
+        return PairAnswer(None, None, Decision(False, 0.0, BARE))
+    rough = candidates(*charts, [Proposal(place) for place in places], scale)
+    found = finished(*charts, rough[:FINALISTS], scale)
+    return _best(*charts, found, scale, settings)

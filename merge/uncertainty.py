@@ -42,6 +42,10 @@ SCALE_PRIOR = math.log(2.0)
 """How far off the scale may be where nothing fixes it."""
 
 
+RIGHT_YAW, RIGHT_GROWTH = math.radians(2.0), math.log(1.03)
+"""How far off an answer may be and still count as right."""
+
+
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
     """How far an answer, cells to cells, may be off: the ``covariance`` (4, 4) of a small move of the laid source about
@@ -58,6 +62,12 @@ class Uncertainty:
         if not isinstance(other, Uncertainty):
             return NotImplemented
         return np.array_equal(self.centre, other.centre) and np.array_equal(self.covariance, other.covariance)
+
+    @property
+    def exactness(self) -> float:
+        """The chance that neither turn nor growth is off by more than an answer that counts as right may be."""
+        turn, growth = np.sqrt(np.diag(self.covariance)[2:]).tolist()
+        return _chance_within(RIGHT_YAW, turn) * _chance_within(RIGHT_GROWTH, growth)
 
     def inverse(self, target_from_source: Similarity2) -> Uncertainty:
         """Of the inverse answer, whose target is the source."""
@@ -87,6 +97,11 @@ class _Pairs:
     errors: NDArray[np.float64]
     normals: NDArray[np.float64]
     weights: NDArray[np.float64]
+
+
+def _chance_within(bound: float, sigma: float) -> float:
+    """Of a normal error (mean 0) to be less than the bound."""
+    return math.erf(bound / (sigma * math.sqrt(2.0))) if sigma > 0.0 else 1.0
 
 
 def uncertainty(target: Chart, source: Chart, answer: Similarity2, scale: ScaleRange) -> Uncertainty:

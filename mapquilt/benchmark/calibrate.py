@@ -56,7 +56,7 @@ def calibrate(
     with folder_aside(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", decision_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
-    constants = ("agreement", "lead", "breadth", "threshold")
+    constants = ("agreement", "lead", "threshold")
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in constants))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -41,23 +42,30 @@ COLUMNS = (
     *PLACE,
     *EVIDENCE,
     "reason",
+    *(f"true_{part}" for part in PLACE),
+    *(f"runner_up_{part}" for part in PLACE),
+    "runner_up_agreement",
+    "mission",
+    "target_map",
+    "source_map",
 )
 
 
 def write_files(folder: Path, report: Report) -> None:
     """Write all four; times are in the last two alone."""
-    (folder / PAIRS_FILE).write_text(pairs_csv(report), encoding="utf-8")
+    (folder / PAIRS_FILE).write_text(pairs_csv(report, folder.parent), encoding="utf-8")
     write_record(folder / SUMMARY_FILE, "summary", summary_record(report))
     (folder / TIMINGS_FILE).write_text(to_text(timings_record(report)), encoding="utf-8")
     (folder / TABLE_FILE).write_text(markdown(report), encoding="utf-8")
 
 
-def pairs_csv(report: Report) -> str:
-    """One row a method and pair; what does not apply is left empty."""
+def pairs_csv(report: Report, beside: Path) -> str:
+    """One row a method and pair; what does not apply is left empty. Maps are told relative to the folder ``beside``
+    which the benchmark's own lies in."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_row(trial, answer) for answer, trial in _answers(report))
+    writer.writerows(_row(trial, answer) | _places(trial, answer, beside) for answer, trial in _answers(report))
     return text.getvalue()
 
 
@@ -89,6 +97,21 @@ def _row(trial: Trial, answer: Answer) -> dict[str, Any]:
     row |= {} if error is None else dataclasses.asdict(error)
     row |= {} if place is None else similarity_record(place)
     return row | ({} if evidence is None else dataclasses.asdict(evidence))
+
+
+def _places(trial: Trial, answer: Answer, beside: Path) -> dict[str, Any]:
+    pair, other = trial.pair, answer.runner_up
+    row: dict[str, Any] = {
+        "mission": pair.mission,
+        "target_map": os.path.relpath(pair.target_path.resolve(), beside.resolve()),
+        "source_map": os.path.relpath(pair.source_path.resolve(), beside.resolve()),
+    }
+    if trial.truth is not None:
+        row |= {f"true_{part}": value for part, value in similarity_record(trial.truth).items()}
+    if other is not None:
+        row |= {f"runner_up_{part}": value for part, value in similarity_record(other.target_from_source).items()}
+        row |= {"runner_up_agreement": other.agreement}
+    return row
 
 
 def summary_record(report: Report) -> dict[str, Any]:

@@ -15,30 +15,28 @@ from merge.decision import DecisionSettings, decide, features
 from merge.result import Evidence
 
 RIDGE = 1e-3
-SIGNS = np.array([1.0, 1.0, -1.0])
-"""Breadth takes from the log-odds."""
-
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``agreement``, ``lead``, ``breadth`` and ``threshold`` of greatest likelihood (logistic
-    regression, the weights not negative).
+    """``start`` with ``agreement``, ``lead`` and ``threshold`` of greatest likelihood, none of them negative
+    (logistic regression).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
-    third each. Left out are bent pairs, answers that other rules refuse anyway, and pairs that are not identifiable:
+    third each. What is fitted is the chance that the place is the right one (:data:`mapquilt.score.FOUND`), so that
+    bent pairs teach as well. Left out are answers that other rules refuse anyway, and pairs that are not identifiable:
     where two places look alike the evidence for the wrong one is as good as any, and would only teach to mistrust it.
 
     Raises ``ValueError`` where right and wrong answers are not both there.
     """
     judged = [(trial, evidence) for trial in trials for evidence in _open(trial, start)]
-    right = np.array([trial.answers[0].right for trial, _ in judged])
+    right = np.array([trial.answers[0].found for trial, _ in judged])
     if right.all() or not right.any():
         raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
     weights = _weights([_group(trial) for trial, _ in judged])
-    told = np.array([features(evidence, start) for _, evidence in judged]) * SIGNS
-    agreement, lead, breadth, threshold = _logistic(told, right, weights)
-    return dataclasses.replace(start, agreement=agreement, lead=lead, breadth=breadth, threshold=threshold)
+    told = np.array([features(evidence, start) for _, evidence in judged])
+    agreement, lead, threshold = _logistic(told, right, weights)
+    return dataclasses.replace(start, agreement=agreement, lead=lead, threshold=threshold)
 
 
 def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:
@@ -61,15 +59,15 @@ def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
 def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
     """The evidence where the fitted rule decides, and not one of the others; nothing elsewhere."""
     evidence = trial.answers[0].evidence
-    if trial.bent or evidence is None or not (trial.negative or trial.pair.identifiable):
+    if evidence is None or not (trial.negative or trial.pair.identifiable):
         return []
-    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, breadth=0.0, threshold=0.0, min_confidence=0.5)
-    return [evidence] if decide(evidence, even).accepted else []
+    even = dataclasses.replace(settings, agreement=0.0, lead=0.0, threshold=0.0, min_confidence=0.5)
+    return [evidence] if decide(dataclasses.replace(evidence, exactness=1.0), even).accepted else []
 
 
 def _group(trial: Trial) -> str:
     overlap = trial.pair.overlap
-    wanted = trial.sound and (overlap is None or overlap >= LEAST_OVERLAP)
+    wanted = not trial.negative and (overlap is None or overlap >= LEAST_OVERLAP)
     return overlap_class(trial) if wanted else "to be refused"
 
 

@@ -18,9 +18,9 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapquilt.benchmark.pair import BenchmarkPair
-from mapquilt.score import RIGHT, TransformError, normalised_error, transform_error
+from mapquilt.score import FOUND, RIGHT, TransformError, normalised_error, transform_error
 from merge.merger import match_maps
-from merge.result import Evidence, PairResult
+from merge.result import Alternative, Evidence, PairResult
 from merge.settings import MergeSettings
 
 
@@ -28,7 +28,8 @@ from merge.settings import MergeSettings
 class Answer:
     """What a method said of a pair, how far that is from the truth (None where there is none, or no answer), and the
     seconds of the processor that it took, the look at both maps included. ``normalised_error`` is that of
-    :func:`mapquilt.score.normalised_error`, None also where no covariance was told."""
+    :func:`mapquilt.score.normalised_error`, None also where no covariance was told; ``runner_up`` is the best other
+    place."""
 
     method: str
     accepted: bool
@@ -39,19 +40,26 @@ class Answer:
     error: TransformError | None
     seconds: float
     normalised_error: float | None = None
+    runner_up: Alternative | None = None
 
     @property
     def right(self) -> bool:
         return self.error is not None and RIGHT.holds(self.error)
 
+    @property
+    def found(self) -> bool:
+        """Whether the place is the right one, however inexactly told."""
+        return self.error is not None and FOUND.holds(self.error)
+
 
 @dataclass(frozen=True)
 class Trial:
-    """A pair with the answers of all methods, in their order."""
+    """A pair with the answers of all methods, in their order, and its truth in metres as the maps state them."""
 
     pair: BenchmarkPair
     bent: bool
     answers: tuple[Answer, ...]
+    truth: Similarity2 | None = None
 
     @property
     def negative(self) -> bool:
@@ -79,7 +87,7 @@ def run_trial(task: TrialTask) -> Trial:
         for settings in task.methods:
             warm_up(settings)
         answers = tuple(_answer(task.pair, maps, settings, task.seed) for settings in task.methods)
-    return Trial(task.pair, task.pair.bent(maps), answers)
+    return Trial(task.pair, task.pair.bent(maps), answers, task.pair.target_from_source(maps))
 
 
 def _answer(pair: BenchmarkPair, maps: MapSet, settings: MergeSettings, seed: int) -> Answer:
@@ -96,6 +104,7 @@ def _answer(pair: BenchmarkPair, maps: MapSet, settings: MergeSettings, seed: in
         _error(pair, maps, result),
         seconds,
         _normalised_error(pair, maps, result),
+        result.alternatives[0] if result.alternatives else None,
     )
 
 

@@ -34,8 +34,8 @@ def locked(folder: Path) -> Iterator[None]:
 class Journal:
     """One line of JSON for each finished group, forced to the disk before the next begins."""
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / JOURNAL_FILE
+    def __init__(self, folder: Path, name: str = JOURNAL_FILE) -> None:
+        self.path = folder / name
 
     def entries(self) -> list[dict[str, Any]]:
         """The finished groups; a last line that a kill cut off is dropped from the file."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER
 from mapquilt.dataset.manifest import read_manifest
-from mapquilt.run_folder import ANSWER_FILES
+from mapquilt.merge_folder import is_answer
 
 
 def verify_dataset(folder: Path, on_progress: Callable[[int, int], None] = lambda done, total: None) -> list[str]:
@@ -50,4 +50,4 @@ def _found(folder: Path) -> list[str]:
 
 
 def _is_answer(folder: Path, path: Path) -> bool:
-    return path.name in ANSWER_FILES and path.parent.parent == folder / SAMPLES_FOLDER
+    return is_answer(path.name) and path.parent.parent == folder / SAMPLES_FOLDER

@@ -15,11 +15,11 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge.cells import compare_cells
 from merge.chart import Chart
-from merge.merger import MARGIN_CELLS
 from merge.morphology.corner_consensus import Agreement
 from merge.morphology.method import CorrectedMap, Morphology, one_a_quarter
 from merge.morphology.wall_icp import icp
 from merge.scale_range import ScaleRange
+from merge.sheets import MARGIN_CELLS
 
 
 @dataclass(frozen=True, eq=False)

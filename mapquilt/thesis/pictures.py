@@ -23,9 +23,9 @@ from mapquilt.thesis.methods import SCALE
 from mapquilt.thesis.missions import DrawnMap
 from mapquilt.thesis.verdict import CORRECTED, PLAIN
 from merge.chart import Chart
-from merge.merger import MARGIN_CELLS
 from merge.morphology.method import CorrectedMap
 from merge.picture import pixels_from_cells, trinary_picture
+from merge.sheets import MARGIN_CELLS
 from merge.sift import Features, Sift
 
 if TYPE_CHECKING:

@@ -14,11 +14,14 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from mapquilt import run_folder
+from mapquilt.merge_file import GroupRecord
 from mapquilt.overview import merge_figure, overview_figure
 from mapquilt.palette import map_colours, robot_colour
 from mapquilt.panels import Extent, lay_out
+from mapquilt.run_score import RunScore
 from mapquilt.truth_file import load_truth
-from merge.fusion import fuse
+from merge.fusion import fuse_and_compare
+from merge.result import MergedGroup
 from sim.mission_file import load_mission
 
 
@@ -47,10 +50,14 @@ def room(yaw):
     return OccupancyGrid.from_occupancy(GridFrame(0.5, SE2(3.0, -7.0, yaw), values.shape), values)
 
 
+def group(grid, placed=None):
+    return MergedGroup("a", placed or {}, grid, OccupancyGrid(grid.frame, np.zeros(grid.frame.shape)))
+
+
 @pytest.mark.parametrize("yaw", [0.0, 0.6, -2.5])
 def test_a_map_is_drawn_turned_as_its_origin_is(yaw):
     grid = room(yaw)
-    figure = merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), grid, {})
+    figure = merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), [group(grid)])
     for panel in (0, 1):
         pixels, metres = looked_at(figure, panel)
         cells = grid.frame.cells_from_metres(metres[(pixels < 60).all(axis=-1)])
@@ -68,8 +75,9 @@ def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
     origin = there @ Similarity2.from_se2(target.frame.origin)
     frame = GridFrame(0.5 / 1.3, SE2(origin.x, origin.y, origin.yaw), target.frame.shape)
     source = OccupancyGrid(frame, target.log_odds)
-    merged = fuse(target.frame, [(Similarity2(), target), (target_from_source, source)])
-    figure = merge_figure(MapSet(("a", "b"), (target, source), ("m", "m")), merged, {"b": target_from_source})
+    fused = fuse_and_compare(target.frame, [(Similarity2(), target), (target_from_source, source)])
+    joined = MergedGroup("a", {"b": target_from_source}, fused.merged, fused.conflicts)
+    figure = merge_figure(MapSet(("a", "b"), (target, source), ("m", "m")), [joined])
     pixels, metres = looked_at(figure, 0)
     cells = target.frame.cells_from_metres(metres)
     inside = target.frame.contains(cells)
@@ -83,7 +91,7 @@ def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
 def test_no_black_shows_through_the_walls_of_the_maps():
     grid = room(0.4)
     placed = {"a": Similarity2(), "b": Similarity2()}
-    pixels, _ = looked_at(merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), grid, placed), 0)
+    pixels, _ = looked_at(merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), [group(grid, placed)]), 0)
     walls = pixels[coloured(pixels, least=120)]
     assert len(walls) > 1000
     assert walls.max(axis=-1).min() > 150
@@ -127,7 +135,7 @@ def test_panels_share_size_and_rows_and_the_last_row_is_centred(count):
 @pytest.mark.parametrize("name", ["robot_19_part_19", "somewhere/" * 12 + "$map_1$.yaml"])
 def test_a_title_ends_within_its_panel(name):
     grid = room(0.0)
-    figure = merge_figure(MapSet((name, "b"), (grid, grid), ("m", "m")), grid, {})
+    figure = merge_figure(MapSet((name, "b"), (grid, grid), ("m", "m")), [group(grid)])
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     panel = figure.axes[1]
@@ -141,11 +149,27 @@ def test_the_true_transforms_lay_the_merged_walls_on_the_true_ones(merged_run):
     world_from = {name: truth.robot(name).truth.world_from_map for name in maps.names}
     mission, reference = load_mission(merged_run / "mission"), maps.names[1]
     placed = {name: world_from[reference].inverse() @ world_from[name] for name in maps.names}
-    figure = overview_figure(mission, maps, truth, maps.grids[1], reference, placed)
+    joined = GroupRecord(reference, placed, "merged"), maps.grids[1]
+    figure = overview_figure(mission, maps, truth, [joined], RunScore(()))
     pixels, metres = looked_at(figure, 2)
-    bare, _ = looked_at(overview_figure(mission, maps, truth, maps.grids[1], reference, {}), 2)
+    bare_group = GroupRecord(reference, {}, "merged"), maps.grids[1]
+    bare, _ = looked_at(overview_figure(mission, maps, truth, [bare_group], RunScore(())), 2)
     from_wall = ndimage.distance_transform_edt((bare > 230).all(axis=-1))
     metre = 1.0 / np.diff(metres[0, :2, 0])[0]
     off = from_wall[coloured(pixels)] / metre
     assert off.size > 300
     assert np.quantile(off, 0.95) < 0.3
+
+
+def test_two_groups_have_a_panel_each_and_maps_say_in_which_they_are():
+    grid = room(0.4)
+    maps = MapSet(("a", "b", "c", "d", "e"), (grid,) * 5, ("m",) * 5)
+    groups = [
+        MergedGroup(first, {first: Similarity2(), second: Similarity2()}, grid, group(grid).conflicts)
+        for first, second in (("a", "b"), ("c", "d"))
+    ]
+    figure = merge_figure(maps, [*groups, group(grid, {"e": Similarity2()})])
+    titles = [panel.get_title(loc="left") for panel in figure.axes]
+    assert titles == ["merged map 1", "merged map 2", "a", "b", "c", "d", "e"]
+    told = [panel.texts[0].get_text() for panel in figure.axes]
+    assert told[2:] == ["in merged map 1"] * 2 + ["in merged map 2"] * 2 + ["not merged"]

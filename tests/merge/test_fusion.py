@@ -7,7 +7,7 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from merge.fusion import fuse
+from merge.fusion import finest, fuse, fuse_and_compare
 
 FRAME = GridFrame(0.1, SE2(3.0, -2.0, 0.4), (2, 3))
 GRID = OccupancyGrid.from_occupancy(FRAME, [[100, 0, -1], [0, -1, 100]])
@@ -80,3 +80,57 @@ def test_a_thin_wall_of_a_finer_map_stays_whole():
     cells = fused.frame.cells_from_metres(grid.frame.metres_from_cells(np.argwhere(grid.occupied)))
     assert fused.occupied[cells[:, 0], cells[:, 1]].all()
     assert fused.occupied.sum() < 2.5 * 40
+
+
+def cells(values, frame=FRAME):
+    return OccupancyGrid(frame, np.array(values, np.float32))
+
+
+A = cells([[2.0, -1.0, 0.0], [-0.5, 1.0, 3.0]])
+B = cells([[-1.0, -2.0, -1.0], [0.5, 0.0, -3.0]])
+
+
+@pytest.mark.parametrize(
+    ("fusion", "expected"),
+    [
+        ("log_odds", [[1.0, -3.0, -1.0], [-1e-6, 1.0, -1e-6]]),
+        ("least_entropy", [[2.0, -2.0, -1.0], [0.5, 1.0, 3.0]]),
+        ("max", [[2.0, -1.0, -1.0], [0.5, 1.0, 3.0]]),
+    ],
+)
+def test_each_rule_by_hand_in_either_order(fusion, expected):
+    for grids in ([(SELF, A), (SELF, B)], [(SELF, B), (SELF, A)]):
+        np.testing.assert_allclose(fuse(FRAME, grids, fusion).log_odds, expected, atol=1e-7)
+
+
+def test_the_surest_is_what_has_least_entropy_of_all_and_their_mean():
+    """Chen 2021, appendix A, cell by cell: of p1, p2 and their mean the one of least Shannon entropy."""
+    rng = np.random.default_rng(0)
+    frame = GridFrame(0.1, SE2(), (20, 20))
+    one, two = (cells(rng.uniform(-3, 3, (20, 20)), frame) for _ in range(2))
+
+    def entropy(p):
+        return -(p * np.log(p) + (1 - p) * np.log(1 - p))
+
+    p = [1 / (1 + np.exp(-grid.log_odds.astype(float))) for grid in (one, two)]
+    options = np.array([*p, (p[0] + p[1]) / 2])
+    chosen = np.take_along_axis(options, entropy(options).argmin(axis=0)[None], axis=0)[0]
+    fused = fuse(frame, [(SELF, one), (SELF, two)], "least_entropy")
+    np.testing.assert_allclose(1 / (1 + np.exp(-fused.log_odds.astype(float))), chosen, atol=1e-6)
+
+
+def test_a_wall_deep_in_free_space_is_a_conflict_and_one_a_cell_off_is_none():
+    frame = GridFrame(0.1, SE2(), (9, 9))
+    one, two = np.zeros((9, 9)), np.zeros((9, 9))
+    one[:, 0] = one[4, 4] = 100
+    two[:, 1] = 100
+    grids = [(SELF, OccupancyGrid.from_occupancy(frame, values)) for values in (one, two)]
+    conflicts = fuse_and_compare(frame, grids).conflicts
+    assert np.argwhere(conflicts.occupied).tolist() == [[4, 4]]
+    assert conflicts.free.sum() == 80
+
+
+def test_cells_are_as_fine_as_the_finest_in_the_metres_of_the_reference():
+    finer = finest(FRAME, [0.1, 0.04])
+    assert (finer.resolution, finer.origin, finer.shape) == (0.04, FRAME.origin, (5, 8))
+    assert finest(FRAME, [0.1, 0.2]) == FRAME

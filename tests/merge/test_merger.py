@@ -336,7 +336,7 @@ def test_unknown_cells_around_a_map_change_nothing(known):
 @pytest.mark.parametrize("most", [20_000, 60_000])
 def test_maps_of_very_many_cells_are_compared_in_wider_ones_and_answered_in_their_own(monkeypatch, most):
     maps, frames = team(5, scale=(0.7, 0.7), honest=False)
-    monkeypatch.setattr("merge.merger.MOST_CELLS", most)
+    monkeypatch.setattr("merge.sheets.MOST_CELLS", most)
     pair = quilted(maps).pairs[0]
     assert pair.accepted, pair.reason
     assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.5

@@ -1,0 +1,115 @@
+"""``python -m mapquilt.bench_teams``: merging teams, measured.
+
+``wrong [TEAMS [FIRST [DRAWS]]]``: wrong answers put among right ones; ``poses [TEAMS]``: joint refinement against
+chained pairs; ``speed [MAPS [WORKERS]]``: time and memory of a team of maps of 400 x 400 cells. Without a word: all.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from mapquilt.benchmark.intervals import Share
+from mapquilt.merge_options import workers_for
+from mapquilt.progress import count_progress
+from mapquilt.tables import plain_table, print_table
+from mapquilt.teams.drawn_team import DrawnSettings, draw_team
+from mapquilt.teams.trials import chained, drawn, injection_trial, pose_errors
+from merge.merger import merge_maps
+from worlds.families import make_world
+
+SHARE = 0.3
+SIDE_CELLS = 400
+SPEED_SEED = 5
+
+
+def main(arguments: list[str]) -> None:
+    """Run what the first word names, with the numbers that follow, or all."""
+    parts: dict[str, Callable[..., None]] = {"wrong": bench_wrong, "poses": bench_poses, "speed": bench_speed}
+    if arguments:
+        parts[arguments[0]](*map(int, arguments[1:]))
+        return
+    for part in parts.values():
+        part()
+
+
+def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
+    """Teams of 3 to 20 maps, 30 % of whose answers are wrong: how many come out with none of those, and all maps."""
+    table = plain_table(
+        ("team", True), ("world", False), ("maps", True), ("answers", True), ("wrong", True), ("believed", True),
+        ("maps lost", True), ("right put aside", True),
+    )  # fmt: skip
+    passed: list[bool] = []
+    seed, aside, answers = first, 0, 0
+    with count_progress("teams") as on_progress:
+        while len(passed) < teams:
+            trial = injection_trial(seed, SHARE, draws)
+            seed += 1
+            if trial is None:
+                continue
+            passed.append(trial.passed)
+            aside, answers = aside + trial.right_aside, answers + trial.edges - trial.wrong
+            if not trial.passed:
+                row = (seed - 1, trial.world, trial.maps, trial.edges, trial.wrong, trial.wrong_kept, trial.maps_lost)
+                table.add_row(*map(str, (*row, trial.right_aside)))
+            on_progress(len(passed), teams)
+    share = Share.counted(passed)
+    low, high = share.interval.low, share.interval.high
+    table.caption = (
+        f"{share.count} of {share.of} teams without a wrong answer and with every map "
+        f"({low:.3f} to {high:.3f}); asked 0.98\n"
+        f"{aside} of {answers} right answers put aside; the table has the teams that failed"
+    )
+    print_table(table)
+
+
+def bench_poses(teams: int = 12) -> None:
+    """Teams of 8 maps matched for real: the median error of poses refined together, and of chained pairs."""
+    joint, chain = [], []
+    with count_progress("teams") as on_progress:
+        for seed in range(teams):
+            _, team = drawn(seed, maps=8)
+            with workers_for(8, None) as executor:
+                result = merge_maps(team.maps, executor=executor)
+            if len(result.reference_from_map) > 2:
+                joint += pose_errors(team, dict(result.reference_from_map))
+                chain += pose_errors(team, chained(team, result))
+            on_progress(seed + 1, teams)
+    table = plain_table(("poses", False), ("maps", True), ("median error, cells", True), ("90 %, cells", True))
+    for name, errors in (("chained pairs", chain), ("refined together", joint)):
+        table.add_row(name, str(len(errors)), f"{np.median(errors):.3f}", f"{np.quantile(errors, 0.9):.3f}")
+    table.caption = f"the median is lower by {100 * (1 - np.median(joint) / np.median(chain)):.0f} %; asked 30 %"
+    print_table(table)
+
+
+def bench_speed(maps: int = 20, workers: int = 2) -> None:
+    """A team of maps of about 400 x 400 cells, whose scale is known."""
+    settings = DrawnSettings(maps=maps, reach=5.0, range=5.0)
+    side = max(40.0, 9.0 * maps**0.5)
+    team = draw_team(make_world("office", 3, side, 0.7 * side), settings, np.random.default_rng(SPEED_SEED))
+    shapes = np.array([grid.cropped().frame.shape for grid in team.maps.grids])
+    start, began = time.perf_counter(), os.times()
+    with workers_for(maps, workers) as executor, count_progress("merging pairs") as on_progress:
+        result = merge_maps(team.maps, on_progress=on_progress, executor=executor)
+    seconds = time.perf_counter() - start
+    ended = os.times()
+    own = ended.user - began.user
+    here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    there = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    table = plain_table(("", False), ("measured", True), ("asked", True))
+    table.add_row("maps", f"{maps} of about {int(np.median(shapes[:, 0]))} x {int(np.median(shapes[:, 1]))}", "")
+    table.add_row("pairs matched", str(sum(p.target_from_source is not None for p in result.pairs)), "")
+    table.add_row("joined", f"{len(result.reference_from_map)} of {maps}", "")
+    table.add_row("time", f"{seconds:.1f} s on {workers} workers", "40 s")
+    table.add_row("of it in this process", f"{own:.1f} s", "")
+    table.add_row("memory here, largest worker", f"{here:.0f}, {there:.0f} MB", "1000 MB in all")
+    print_table(table)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,1 @@
+"""A fixed set of generated pairs, merged and compared with what was recorded before."""

@@ -1,0 +1,65 @@
+"""``mapquilt report``: one HTML file to look at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mapping.atomic import write_bytes_aside
+from mapquilt.benchmark.files import SUMMARY_FILE
+from mapquilt.dataset.manifest import MANIFEST_FILE
+from mapquilt.progress import count_progress
+from mapquilt.report.content import Content
+from mapquilt.run_folder import is_run
+from mapquilt.study.folder import is_study
+from mapquilt.tables import print_table
+
+REPORT_FILE = "report.html"
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, data set, benchmark or study.")],
+    out: Annotated[
+        Path | None, typer.Option(help="HTML file to write; an older one is replaced. [default: DIR/report.html]")
+    ] = None,
+    pictures: Annotated[
+        int, typer.Option(min=0, help="Most pairs to draw; half of them those that went wrong, if there are as many.")
+    ] = 200,
+) -> int:
+    """Write one HTML file that needs no network: summary, charts, and every pair with its maps, merge and truth."""
+    path = folder / REPORT_FILE if out is None else out
+    content = read_content(folder)
+    from mapquilt.report.page import render_page
+
+    with count_progress("pictures") as on_progress:
+        page = render_page(content, pictures, on_progress)
+    write_bytes_aside(path, page.encode())
+    print_table(
+        f"{path}: {len(content.answers)} answers of the {content.kind} {content.name}, {len(page) / 1e6:.1f} MB"
+    )
+    return 0
+
+
+def read_content(folder: Path) -> Content:
+    """What there is to report of a folder. Raises ``ValueError`` naming it where mapquilt wrote no such folder."""
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: no such folder")
+    if is_run(folder):
+        from mapquilt.report.of_run import run_content
+
+        return run_content(folder)
+    if (folder / MANIFEST_FILE).is_file():
+        from mapquilt.report.of_dataset import dataset_content
+
+        return dataset_content(folder)
+    if is_study(folder):
+        from mapquilt.report.of_study import study_content
+
+        return study_content(folder)
+    if (folder / SUMMARY_FILE).is_file():
+        from mapquilt.report.of_benchmark import benchmark_content
+
+        return benchmark_content(folder)
+    raise ValueError(f"{folder}: is no run, finished data set, benchmark or study of mapquilt")

@@ -1,0 +1,140 @@
+"""A study: what there is to report of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mapping.similarity2 import Similarity2
+from mapquilt.report.answer import ReportAnswer
+from mapquilt.report.content import Chart, Content, Sheet
+from mapquilt.study.folder import MAPS_FOLDER, load_results
+from mapquilt.study.plots import errors_figure, quality_figure, success_figure, time_figure
+from mapquilt.study.results import StudyResults
+from mapquilt.study.table import NUMBERS, cell_texts, verdict_texts
+from mapquilt.study.trial import PairTrial, Place
+
+
+def study_content(folder: Path) -> Content:
+    """A study, finished or not. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
+    results = load_results(folder)
+    plan = results.plan
+    if not results.pairs:
+        raise ValueError(f"{folder}: no mission of this study is done yet")
+    seconds = {(team.mission, team.level, team.method): team.seconds / max(1, team.pairs) for team in results.teams}
+    missions = len({team.mission for team in results.teams})
+    wanted = plan.missions * len(plan.worlds)
+    notes = [] if missions == wanted else [f"Not finished: {missions} of {wanted} missions."]
+    return Content(
+        kind="study",
+        name=folder.resolve().name,
+        settings={one.variable.axis: ", ".join(one.values) for one in plan.varied}
+        | dict(plan.fixed)
+        | {
+            "methods": ", ".join(method.title for method in plan.methods),
+            "worlds": ", ".join(plan.worlds),
+            "missions": str(missions),
+            "overlap that counts": f"{100 * plan.min_overlap:g} % and more",
+            "seed": str(plan.seed),
+        },
+        answers=tuple(
+            _answer(folder, trial, seconds[trial.mission, trial.level, trial.method]) for trial in results.pairs
+        ),
+        charts=_charts(results),
+        sheets=_sheets(results),
+        notes=[*notes, *(f"Mission {failure.mission} failed: {failure.reason}" for failure in results.failures)],
+    )
+
+
+def _answer(folder: Path, trial: PairTrial, seconds: float) -> ReportAnswer:
+    maps = folder / MAPS_FOLDER / trial.maps
+    return ReportAnswer(
+        pair=f"{trial.mission}: {trial.target} and {trial.source}",
+        cluster=trial.mission,
+        target=maps / f"{trial.target}.yaml",
+        source=maps / f"{trial.source}.yaml",
+        method=trial.method,
+        level=" ".join(trial.level),
+        world=trial.world,
+        noise=trial.noise,
+        overlap=trial.overlap,
+        negative=trial.overlap == 0.0,
+        identifiable=trial.identifiable,
+        bent=trial.bent,
+        accepted=trial.accepted,
+        right=trial.right,
+        confidence=trial.confidence,
+        rotation_deg=trial.rotation_deg,
+        scale_percent=trial.scale_percent,
+        displacement_m=trial.displacement_m,
+        displacement_cells=trial.displacement_cells,
+        reason=trial.reason,
+        agreement=trial.agreement,
+        runner_up_agreement=trial.runner_up_agreement or trial.rival_agreement or None,
+        seconds=seconds,
+        answer=_place(trial.answer),
+        truth=None if trial.overlap == 0.0 else _place(trial.truth),
+        runner_up=_place(trial.runner_up),
+    )
+
+
+def _place(numbers: Place | None) -> Similarity2 | None:
+    return None if numbers is None else Similarity2(*numbers)
+
+
+def _charts(results: StudyResults) -> list[Chart]:
+    what = " and ".join(one.variable.title for one in results.plan.varied)
+    told = "; ".join(
+        f"{cell.method} at {' '.join(cell.level)}: {100 * cell.right_and_accepted.value:.0f} %"
+        for cell in results.cells
+        if cell.right_and_accepted is not None
+    )
+    return [
+        Chart(
+            f"Success against {what}",
+            success_figure(results),
+            f"Share right and accepted, and share accepted but wrong, against {what}. {told}.",
+            "Bars: Wilson's 95 % interval. Bands: a bootstrap over missions, which pairs of one mission share. "
+            "The same missions and the same random draws at every level.",
+        ),
+        Chart(
+            f"Errors against {what}",
+            errors_figure(results),
+            f"Displacement, rotation and scale errors of accepted answers against {what}, median to 90th percentile.",
+            "Of accepted answers, right or wrong: the median, and up to the 90th percentile.",
+        ),
+        Chart(
+            "The merged map against the true raster",
+            quality_figure(results),
+            f"Intersection over union of free space, F1 of walls and acceptance index against {what}.",
+            "Means over missions with their bootstrap interval, against all that the team truly saw; "
+            "the acceptance index needs no truth.",
+        ),
+        Chart(
+            "Time of a pair",
+            time_figure(results),
+            f"Processor seconds of a pair against {what}, by method.",
+            "On one thread: median over missions, 10th to 90th percentile.",
+        ),
+    ]
+
+
+def _sheets(results: StudyResults) -> list[Sheet]:
+    names = [(one.variable.name, False) for one in results.plan.varied]
+    times = {(time.level, time.method): time for time in results.times}
+    levels = Sheet(
+        "Levels",
+        "Shares in per cent with Wilson's 95 % interval; errors from the median to the 90th percentile of accepted "
+        "answers; AI is the acceptance index.",
+        [*names, ("method", False), *((name, True) for name in NUMBERS)],
+        [[*cell.level, *cell_texts(cell, times.get((cell.level, cell.method)))] for cell in results.cells],
+    )
+    if not results.tests:
+        return [levels]
+    tests = Sheet(
+        "Is one method better?",
+        "McNemar's exact test on the same pairs, corrected by Holm for all tests of the study, and a bootstrap over "
+        "missions of the difference in points: better is only said where both agree.",
+        [("level", False), ("verdict", False), ("difference", True), ("alone right", True), ("p, Holm", True)],
+        [verdict_texts(test) for test in results.tests],
+    )
+    return [levels, tests]

@@ -1,0 +1,102 @@
+"""``mapquilt study``: how well maps are merged as one setting, or two, change."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mapping.atomic import write_files_aside
+from mapquilt.dataset.executor import MakeExecutor, dask_cluster, process_pool
+from mapquilt.png import figure_png
+from mapquilt.progress import count_progress
+from mapquilt.study.folder import StudyRun, run_study
+from mapquilt.study.plan import Method, plan_study
+from mapquilt.study.plots import study_figures
+from mapquilt.study.table import level_table, verdict_table
+from mapquilt.study.variables import SWEEPS
+from mapquilt.tables import print_table
+from merge.methods import PROPOSERS, PUBLISHED
+
+DEFAULT_METHODS = ("quilt", "sift", "orb")
+
+
+def study(
+    out: Annotated[Path, typer.Option(help="Folder of the study; one that was begun is gone on with.")],
+    sweep: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help=f"A sweep: {', '.join(SWEEPS)}; or none, with --vary.")
+    ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=V1,V2", help="Vary any setting: lidar.range_sigma=0,0.01. Twice at most."),
+    ] = None,
+    fixed: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Any setting at all levels, such as robots=2. Repeatable."),
+    ] = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(help=f"{', '.join(PROPOSERS)}. Repeatable; default: {', '.join(DEFAULT_METHODS)}."),
+    ] = None,
+    as_published: Annotated[
+        bool,
+        typer.Option("--as-published", help=f"Also run methods by their own verdict: {', '.join(PUBLISHED)}."),
+    ] = False,
+    world: Annotated[
+        list[str] | None, typer.Option(help="Family or file of the worlds. Repeatable; default: office.")
+    ] = None,
+    missions: Annotated[int, typer.Option(help="Missions in each of the worlds.")] = 8,
+    min_overlap: Annotated[float, typer.Option(help="What the maps of a pair must share to count.")] = 0.15,
+    seed: Annotated[int, typer.Option(help="Seed of worlds, starts, noise, disguise and intervals.")] = 1,
+    cache: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Keep simulated missions here, for this study and others.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = os.cpu_count() or 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler to work on instead, such as tcp://head:8786.")
+    ] = None,
+) -> int:
+    """Sweep a setting through its values on the same missions: shares with intervals, errors, quality, time.
+
+    Leaves tables (CSV, JSON), plots, and what `mapquilt report` shows. After an interruption the same call goes on.
+    Status 1 where a mission failed. See docs/studies.md.
+    """
+    plan = plan_study(
+        sweep, vary or (), fixed or (), _methods(method or DEFAULT_METHODS, as_published), world or ("office",),
+        missions, seed, min_overlap,
+    )  # fmt: skip
+    executor: MakeExecutor = lambda: process_pool(workers) if scheduler is None else dask_cluster(scheduler)  # noqa: E731
+    with count_progress("missions") as on_progress:
+        try:
+            found = run_study(plan, out, None if cache is None else cache.resolve(), executor, workers, on_progress)
+        except KeyboardInterrupt:
+            typer.echo(f"mapquilt: {out} is unfinished; the same command goes on from here", err=True)
+            raise
+    figures = study_figures(found.results)
+    write_files_aside({out / f"{name}.png": figure_png(figure) for name, figure in figures.items()})
+    return _told(out, found)
+
+
+def _methods(names: list[str] | tuple[str, ...], as_published: bool) -> list[Method]:
+    chosen = []
+    for name in names:
+        chosen.append(Method(name))
+        if as_published and name in PUBLISHED:
+            chosen.append(Method(name, as_published=True))
+    return chosen
+
+
+def _told(out: Path, found: StudyRun) -> int:
+    for warning in found.warnings:
+        typer.echo(f"mapquilt: warning: {warning}", err=True)
+    results = found.results
+    print_table(level_table(results))
+    if results.tests:
+        print_table(verdict_table(results))
+    for failure in results.failures:
+        where = "" if failure.level is None else f" at {' '.join(failure.level)}"
+        typer.echo(f"mapquilt: mission {failure.mission}{where} failed: {failure.reason}", err=True)
+    print_table(f"{out}: {len(results.teams)} merges of {len({team.mission for team in results.teams})} missions")
+    return 1 if results.failures else 0

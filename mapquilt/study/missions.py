@@ -1,0 +1,79 @@
+"""One mission for all levels: what is shorter, smaller or sees less is cut out of it, so that nothing else changes."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from mapping.footprint import TRUE_RESOLUTION
+from mapping.robot_log import RobotTruth
+from mapping.scan import LidarScan
+from mapquilt.mission_cache import MissionCache
+from mapquilt.place import open_place
+from mapquilt.study.setup import Setup
+from sim.lidar import Lidar
+from sim.mission import Mission, simulate
+from sim.mission_settings import MissionSettings
+from sim.overlap import overlap_cut
+from worlds.raster import true_raster
+
+
+def largest_mission(world: str, seed: int, setups: Sequence[Setup], cache: Path | None) -> Mission:
+    """The mission with the most robots and the longest time of these setups, which share their drive.
+
+    Raises ``ValueError`` where the world does not hold the robots.
+    """
+    first = setups[0]
+    robots, duration = max(setup.robots for setup in setups), max(setup.duration for setup in setups)
+    settings = replace(first, robots=robots, duration=duration, overlap=None, beams=None).mission()
+    place, _ = open_place(first.world or world, seed, first.width, first.height)
+    if cache is None:
+        return simulate(place, settings, seed)[0]
+    kept = MissionCache(cache).mission(place, settings, seed)
+    if kept.warning is not None:
+        warnings.warn(kept.warning, stacklevel=2)
+    return kept.mission
+
+
+def cut_mission(mission: Mission, setup: Setup) -> Mission:
+    """The first robots, for so long, with every so many-th beam, and ended where they overlap as wanted.
+
+    What does not depend on time or on the others is as it would be if it had been simulated so. Where no ends reach
+    the overlap, the nearest are taken.
+    """
+    robots = mission.settings.robots[: setup.robots]
+    kept = _with_robots(mission, mission.robots[: setup.robots], setup)
+    kept = kept.cut([robot.scans(setup.duration) for robot in robots])
+    if setup.overlap is None:
+        return kept
+    frame = true_raster(mission.world, TRUE_RESOLUTION).frame
+    return kept.cut(overlap_cut(kept.robots, frame, setup.overlap, setup.clear_range).scans)
+
+
+def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: Setup) -> Mission:
+    settings = mission.settings
+    robots = settings.robots[: len(truths)]
+    if setup.beams is not None:
+        truths = [_thinned(truth, robot.lidar, setup.beams) for truth, robot in zip(truths, robots, strict=True)]
+        robots = tuple(replace(robot, lidar=_lidar(robot.lidar, setup.beams)) for robot in robots)
+    smaller = MissionSettings(
+        robots, setup.duration, settings.starts, settings.drive, settings.policy, overlap=setup.overlap
+    )
+    return Mission(mission.world, tuple(truths), mission.seed, smaller, mission.touches[: len(truths)])
+
+
+def _lidar(lidar: Lidar, beams: int) -> Lidar:
+    return replace(lidar, beams=beams, angle_increment=lidar.angle_increment * (lidar.beams // beams))
+
+
+def _thinned(truth: RobotTruth, lidar: Lidar, beams: int) -> RobotTruth:
+    step, fewer = lidar.beams // beams, _lidar(lidar, beams)
+    scans = tuple(
+        LidarScan(
+            scan.stamp, fewer.angle_min, fewer.angle_increment, fewer.range_min, fewer.range_max, scan.ranges[::step]
+        )
+        for scan in truth.scans
+    )
+    return RobotTruth(scans, truth.trajectory, truth.hits_robot[:, ::step], truth.base_from_lidar)

@@ -1,0 +1,189 @@
+"""What a study runs, known in full before anything is run."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+from mapping.seeds import Role, check_seed, derived_seed
+from mapquilt.place import open_place
+from mapquilt.study.setup import Setup
+from mapquilt.study.variables import SWEEPS, Variable, parse_assignment
+from merge.settings import MergeSettings
+
+MOST_VARIED = 2
+Level = tuple[str, ...]
+"""The value of each varied setting, as it was written."""
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A setting and its values, as they were written."""
+
+    variable: Variable
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method of merging, by the common judge's verdict or its own."""
+
+    name: str
+    as_published: bool = False
+
+    @property
+    def title(self) -> str:
+        return MergeSettings(self.name, as_published=self.as_published).title
+
+
+@dataclass(frozen=True)
+class MissionTask:
+    """One mission, at every level and by every method: the unit of parallel work."""
+
+    index: int
+    world: str
+    seed: int
+    sample_seed: int
+    levels: tuple[tuple[Level, Setup], ...]
+    methods: tuple[Method, ...]
+    cache: Path | None
+
+    @property
+    def name(self) -> str:
+        return f"{self.index:03d}"
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """``missions`` of each of ``worlds``, all at every level. ``min_overlap`` is what pairs must share to count."""
+
+    varied: tuple[Varied, ...]
+    fixed: tuple[tuple[str, str], ...]
+    setups: tuple[tuple[Level, Setup], ...]
+    methods: tuple[Method, ...]
+    worlds: tuple[str, ...]
+    missions: int
+    seed: int
+    min_overlap: float
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        return tuple(level for level, _ in self.setups)
+
+    def tasks(self, cache: Path | None) -> list[MissionTask]:
+        """In turn over the worlds. A seed is a function of the study's seed and the mission's number alone: neither
+        level nor method changes what is drawn."""
+        order = [world for _ in range(self.missions) for world in self.worlds]
+        return [
+            MissionTask(
+                index,
+                world,
+                derived_seed(self.seed, Role.DATASET_WORLD, index),
+                derived_seed(self.seed, Role.DATASET_SAMPLE, index),
+                self.setups,
+                self.methods,
+                cache,
+            )
+            for index, world in enumerate(order)
+        ]
+
+    def record(self) -> dict[str, Any]:
+        """All that the results depend on, as JSON holds it."""
+        return {
+            "varied": [{"name": one.variable.name, "values": list(one.values)} for one in self.varied],
+            "fixed": dict(self.fixed),
+            "methods": [method.title for method in self.methods],
+            "worlds": list(self.worlds),
+            "missions": self.missions,
+            "seed": self.seed,
+            "min_overlap": self.min_overlap,
+        }
+
+
+def plan_study(
+    sweep: str | None,
+    vary: Sequence[str],
+    fixed: Sequence[str],
+    methods: Sequence[Method],
+    worlds: Sequence[str],
+    missions: int,
+    seed: int,
+    min_overlap: float,
+) -> StudyPlan:
+    """Parse and check everything. Raises ``ValueError`` naming the option and its value."""
+    varied = _varied(sweep, vary)
+    start = _start(fixed, varied)
+    levels = list(itertools.product(*(one.values for one in varied)))
+    setups = tuple((level, _at(start, varied, level)) for level in levels)
+    check_seed(seed)
+    if missions < 1:
+        raise ValueError(f"--missions {missions}: must be at least 1")
+    if not 0.0 <= min_overlap <= 1.0:
+        raise ValueError(f"--min-overlap {min_overlap:g}: must lie between 0 and 1")
+    _refuse_doubles("--method", [method.title for method in methods])
+    places = {
+        (name, setup.width, setup.height)
+        for _, setup in setups
+        for name in (worlds if setup.world is None else (setup.world,))
+    }
+    for name, width, height in sorted(places, key=str):
+        open_place(name, 0, width, height)
+    for method in methods:
+        start.merge(method.name, method.as_published)
+    given = tuple((found.name, value) for found, value in (parse_assignment("--set", text) for text in fixed))
+    return StudyPlan(varied, given, setups, tuple(methods), tuple(worlds), missions, seed, min_overlap)
+
+
+def _varied(sweep: str | None, vary: Sequence[str]) -> tuple[Varied, ...]:
+    if sweep is not None and sweep not in SWEEPS:
+        raise ValueError(f"unknown study {sweep!r}; known are {', '.join(SWEEPS)}, and any setting by --vary")
+    named = [] if sweep is None else [("", "=".join(SWEEPS[sweep]))]
+    given = [("--vary", text) for text in vary]
+    varied = [_values(option, text) for option, text in named + given]
+    if not 1 <= len(varied) <= MOST_VARIED:
+        raise ValueError(f"a study varies one setting or two, not {len(varied)}: name a sweep, or --vary NAME=V1,V2")
+    _refuse_doubles("--vary", [one.variable.name for one in varied])
+    return tuple(varied)
+
+
+def _values(option: str, text: str) -> Varied:
+    found, values = parse_assignment(option, text)
+    split = tuple(values.split(","))
+    if len(split) < 2:
+        raise ValueError(f"{option} {text}: one value is no variation; give NAME=V1,V2")
+    _refuse_doubles(option, split)
+    return Varied(found, split)
+
+
+def _refuse_doubles(option: str, values: Sequence[str]) -> None:
+    for value in values:
+        if values.count(value) > 1:
+            raise ValueError(f"{option} {value}: is named twice")
+
+
+def _start(fixed: Sequence[str], varied: Sequence[Varied]) -> Setup:
+    setup = Setup()
+    names = [one.variable.name for one in varied]
+    for text in fixed:
+        found, value = parse_assignment("--set", text)
+        if found.name in names:
+            raise ValueError(f"--set {text}: the study varies {found.name}")
+        names.append(found.name)
+        setup = _applied("--set", found, setup, value)
+    return setup
+
+
+def _at(start: Setup, varied: Sequence[Varied], level: Level) -> Setup:
+    steps = zip(varied, level, strict=True)
+    return reduce(lambda setup, step: _applied("--vary", step[0].variable, setup, step[1]), steps, start)
+
+
+def _applied(option: str, found: Variable, setup: Setup, value: str) -> Setup:
+    try:
+        return found.applied(setup, value)
+    except ValueError as error:
+        raise ValueError(f"{option} {error}") from None

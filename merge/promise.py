@@ -1,0 +1,61 @@
+"""Which pairs of a large team are worth matching, told cheaply."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.seeds import Role, stream
+from merge.facing import Facing
+from merge.matching import PairTask, canonical, process_shelf
+from merge.sheets import Shelf
+from merge.walls import compare_walls
+
+GLANCE = Facing(scale_step=1.12, across=48, peaks=2, proposals=6)
+"""A search so coarse that it costs a twentieth of a match: it orders pairs, and judges none."""
+
+GLANCE_POINTS = 400
+
+PARTNERS = 5
+"""Each map is matched with so many others that promise most, and again with as many where it was not joined."""
+
+Pair = tuple[int, int]
+
+
+def promise(task: PairTask, shelf: Shelf | None = None) -> float:
+    """How well the walls agree at the best place of a coarse search, 0 to 1, whichever map comes first."""
+    target, source = task.sheets(shelf or process_shelf(), (GLANCE,))
+    scale = task.scale_of((target, source))
+    if canonical(target.chart.grid) > canonical(source.chart.grid):
+        target, source, scale = source, target, scale.inverse()
+    if not (len(target.chart.points) and len(source.chart.points)):
+        return 0.0
+    places = GLANCE.propose(target.descriptions[0], source.descriptions[0], scale, stream(task.seed, Role.MERGE))
+    laid = (
+        compare_walls(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).agreement for place in places
+    )
+    return max(laid, default=0.0)
+
+
+def partners(promises: NDArray[np.float64], wanted: Iterable[Pair], most: int = PARTNERS) -> list[Pair]:
+    """Of the wanted pairs those that are among the ``most`` most promising of either map, in order.
+
+    ``promises`` (N, N) is symmetric; of equals the earlier pairs are taken.
+    """
+    candidates = sorted(wanted, key=lambda pair: (-promises[pair], pair))
+    taken = np.zeros(len(promises), dtype=int)
+    kept = []
+    for pair in candidates:
+        if min(taken[list(pair)]) < most:
+            kept.append(pair)
+            taken[list(pair)] += 1
+    return sorted(kept)
+
+
+def apart(groups: Sequence[Sequence[int]]) -> list[Pair]:
+    """All pairs of maps that lie in two groups, lower first."""
+    group_of = {member: index for index, group in enumerate(groups) for member in group}
+    members = sorted(group_of)
+    return [(a, b) for a in members for b in members if a < b and group_of[a] != group_of[b]]

@@ -1,0 +1,86 @@
+"""Maps made ready for comparison, each once, and no more of them kept than memory should hold."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import OrderedDict
+from collections.abc import Sequence
+from typing import Any
+
+from mapping.frame import GridFrame
+from mapping.grid import OccupancyGrid
+from mapping.resampling import resampled
+from mapping.se2 import SE2
+from mapping.similarity2 import Similarity2
+from merge.chart import Chart
+from merge.pair import Sheet
+from merge.proposer import Proposer
+from merge.published import Published
+
+MARGIN_CELLS = 32
+"""Unknown cells around a map's known part, so that features at its rim are found whatever raster it came in."""
+
+MOST_CELLS = 2**21
+"""Larger maps are compared in wider cells: what they cost is bounded, and 1,000 cells a side tell places apart."""
+
+KEPT = 40
+"""Sheets that a shelf holds: one of a map of 400 x 400 cells takes about 8 MB."""
+
+Method = Proposer[Any] | Published[Any]
+
+
+class Shelf:
+    """The sheets of the maps that were last asked for."""
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept = kept
+        self._sheets: OrderedDict[tuple[bytes, tuple[Method, ...]], Sheet] = OrderedDict()
+
+    def sheet(self, grid: OccupancyGrid, methods: Sequence[Method]) -> Sheet:
+        """The sheet of a map for these methods, made where it is not at hand."""
+        key = fingerprint(grid), tuple(methods)
+        if key not in self._sheets:
+            self._sheets[key] = make_sheet(grid, methods)
+        self._sheets.move_to_end(key)
+        if len(self._sheets) > self._kept:
+            self._sheets.popitem(last=False)
+        return self._sheets[key]
+
+
+def fingerprint(grid: OccupancyGrid) -> bytes:
+    """32 bytes that tell the cells of a map, wherever they lie."""
+    return hashlib.sha256(repr(grid.frame.shape).encode() + grid.log_odds.tobytes()).digest()
+
+
+def make_sheet(grid: OccupancyGrid, methods: Sequence[Method]) -> Sheet:
+    """The chart of a map's known part, in its own cells or, of a large map, in wider ones, and what the methods need to
+    know of it."""
+    in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds).cropped()
+    chart = Chart(_lighter(in_cells).cropped(MARGIN_CELLS))
+    return Sheet(chart, tuple(method.describe(chart) for method in methods))
+
+
+def cell_width(chart: Chart) -> float:
+    """Of a cell of the chart, in cells of its map."""
+    return chart.grid.frame.resolution
+
+
+def map_cells_from_chart(chart: Chart) -> Similarity2:
+    """From cells of the chart to cells of the map that it is of."""
+    return Similarity2.from_se2(chart.grid.frame.origin, cell_width(chart))
+
+
+def metres_from_chart(frame: GridFrame, chart: Chart) -> Similarity2:
+    """From cells of the chart of a map with that frame to its metres."""
+    return Similarity2.from_se2(frame.origin, frame.resolution) @ map_cells_from_chart(chart)
+
+
+def _lighter(grid: OccupancyGrid) -> OccupancyGrid:
+    """The grid itself, or where it has more than ``MOST_CELLS`` cells, in cells so many times as wide."""
+    times = math.ceil(math.sqrt(math.prod(grid.frame.shape) / MOST_CELLS))
+    if times == 1:
+        return grid
+    rows, cols = (math.ceil(side / times) for side in grid.frame.shape)
+    frame = GridFrame(float(times), grid.frame.origin, (rows, cols))
+    return OccupancyGrid(frame, resampled(grid, Similarity2.identity(), frame))

@@ -1,0 +1,240 @@
+"""A team being merged: which pairs are matched, what they say together, and what that says of them again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from itertools import combinations
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.map_set import MapSet
+from mapping.similarity2 import Similarity2
+from merge.consistency import Group, agrees, consistent, predicted, settled
+from merge.edge import Edge, Ground
+from merge.joint import joint
+from merge.matching import PairTask, canonical, match, run_tasks
+from merge.prior import CONTRADICTS_PRIOR, Expected, expected_places
+from merge.promise import PARTNERS, Pair, apart, partners, promise
+from merge.recovery import AGAINST_TEAM, NO_OVERLAP, NOT_PROMISING, NearTask, edge, match_near, not_tried, refused, won
+from merge.result import PairResult
+from merge.scale_range import ScaleRange
+from merge.settings import MergeSettings
+from merge.sheets import Shelf
+from merge.witness import Witness
+
+ROUNDS = 2
+"""How often pairs are chosen: maps that the first choice did not join are tried with others."""
+
+WORTH = 0.5
+"""Log-odds from a glance at the cells from which a pair is judged again where the team puts it."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+class Team:
+    """Maps in the order of what they hold, so that nothing depends on the order in which they came.
+
+    ``answers`` has what became of each pair so far, by indices in that order, lower first; ``maps`` are in it.
+    """
+
+    def __init__(
+        self,
+        maps: MapSet,
+        settings: MergeSettings,
+        seed: int,
+        on_progress: Callable[[int, int], None] | None,
+        executor: Executor | None,
+        answers: Mapping[tuple[str, str], PairResult],
+    ) -> None:
+        self.names = maps.names
+        self.maps = _ordered(maps)
+        self.settings, self.seed, self.executor = settings, seed, executor
+        self.scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
+        self.shelf = Shelf()
+        self.answers: dict[Pair, PairResult] = {}
+        self.expected: dict[tuple[str, str], Expected] = expected_places(settings.priors, settings.reference)
+        self._place_of_name = {name: index for index, name in enumerate(self.maps.names)}
+        self._on_progress, self._done, self._planned = on_progress, 0, 0
+        for (target, source), answer in answers.items():
+            if target in self._place_of_name and source in self._place_of_name:
+                self.answers[self.pair_of(target, source)] = answer
+
+    def solve(self) -> list[Group]:
+        """Match pairs, group the maps, and refine; ``answers`` then has the verdict of each pair."""
+        self._match_pairs()
+        methods = self.task((0, 1)).methods if len(self.maps) > 1 else ()
+        self.grounds = Ground.all(self.maps, self.shelf, methods)
+        self.witness = Witness(self.maps, self.grounds, self.shelf, methods)
+        groups = self._groups()
+        for _ in range(ROUNDS - 1):
+            chosen = self._more_pairs(groups)
+            if not chosen:
+                break
+            self._match(chosen)
+            groups = self._groups()
+        return [self._finished(group) for group in groups]
+
+    def task(self, pair: Pair) -> PairTask:
+        """A pair to match, its maps in the order in which they came."""
+        first, second = sorted(pair, key=lambda index: self.names.index(self.maps.names[index]))
+        return PairTask.of(self.maps, first, second, self.scale, self.settings, self.seed)
+
+    def pair_of(self, target: str, source: str) -> Pair:
+        a, b = self._place_of_name[target], self._place_of_name[source]
+        return min(a, b), max(a, b)
+
+    def place(self, name: str) -> int:
+        """The index of a map."""
+        return self._place_of_name[name]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the resolutions that the maps state are true."""
+        return self.maps.resolutions_trusted and all(unit == "m" for unit in self.maps.units)
+
+    def pairs(self) -> list[Pair]:
+        return list(combinations(range(len(self.maps)), 2))
+
+    def edge(self, answer: PairResult) -> Edge:
+        indices = self._place_of_name[answer.target], self._place_of_name[answer.source]
+        return edge(answer, indices, self.grounds)
+
+    def metric(self, group: Group, target: str, source: str) -> Similarity2:
+        """target_from_source in stated metres, as a group has it."""
+        a, b = self._place_of_name[target], self._place_of_name[source]
+        local = predicted(group, a, b)
+        return self.grounds[a].metres_from_local @ local @ self.grounds[b].metres_from_local.inverse()
+
+    def _match_pairs(self) -> None:
+        wanted = [pair for pair in self.pairs() if pair not in self.answers]
+        if len(self.maps) > PARTNERS + 1:
+            self._promises = self._promised(wanted)
+            wanted = partners(self._promises, wanted)
+        self._match(wanted)
+
+    def _more_pairs(self, groups: Sequence[Group]) -> list[Pair]:
+        untried = [pair for pair in apart([list(group.poses) for group in groups]) if pair not in self.answers]
+        return partners(self._promises, untried) if untried else []
+
+    def _promised(self, pairs: Sequence[Pair]) -> NDArray[np.float64]:
+        found = np.zeros((len(self.maps), len(self.maps)))
+        tasks = [self.task(pair) for pair in pairs]
+        for pair, value in zip(pairs, self._run(promise, tasks), strict=True):
+            found[pair] = found[pair[::-1]] = value
+        return found
+
+    def _match(self, pairs: Sequence[Pair]) -> None:
+        for pair, answer in zip(pairs, self._run(match, [self.task(pair) for pair in pairs]), strict=True):
+            self.answers[pair] = answer
+        if self.expected:
+            self._hear_priors(pairs)
+
+    def _hear_priors(self, pairs: Iterable[Pair]) -> None:
+        """Refuse what contradicts the start poses; and look around them where nothing else was found."""
+        open_pairs = []
+        for pair in pairs:
+            answer = self.answers[pair]
+            expected = self.expected.get((answer.target, answer.source))
+            if expected is None:
+                continue
+            found = answer.target_from_source
+            if not answer.accepted or found is None or not expected.allows(found):
+                open_pairs.append((pair, expected))
+        tasks = [NearTask(self.task(pair), expected) for pair, expected in open_pairs]
+        for (pair, expected), near in zip(open_pairs, self._run(match_near, tasks), strict=True):
+            before, found = self.answers[pair], near.target_from_source
+            if near.accepted and found is not None and expected.allows(found):
+                self.answers[pair] = won(before, near, "prior")
+            elif before.accepted:
+                self.answers[pair] = refused(before, CONTRADICTS_PRIOR, "prior")
+
+    def _groups(self) -> list[Group]:
+        edges = [self.edge(self.answers[pair]) for pair in sorted(self.answers) if self.answers[pair].accepted]
+        return consistent(len(self.maps), edges, self.witness, self.scale.fixed)
+
+    def _finished(self, group: Group) -> Group:
+        """A group with the pairs that it explains, refined as a whole; the verdicts follow it."""
+        if len(group.poses) > 1:
+            group = self._explained(group)
+            group = joint(group, self.witness.chart, self._tolerances(), self.scale.fixed)
+        return group
+
+    def _explained(self, group: Group) -> Group:
+        held = {(e.target, e.source) for e in group.edges}
+        open_pairs = [pair for pair in combinations(sorted(group.poses), 2) if pair not in held]
+        near = [pair for pair in open_pairs if self.witness(*pair, predicted(group, *pair)) >= WORTH]
+        tasks = []
+        for pair in near:
+            task = self.task(pair)
+            tasks.append(NearTask(task, self.metric(group, *task.names)))
+        edges = list(group.edges)
+        for pair, answer in zip(near, self._run(match_near, tasks), strict=True):
+            if answer.accepted and self._as_predicted(answer, group):
+                self.answers[pair] = won(self.answers.get(pair), answer, "team")
+                edges.append(self.edge(answer))
+                held.add(pair)
+        for pair in open_pairs:
+            if pair not in held:
+                self._put_aside(pair, pair in near)
+        return (
+            settled(Group(group.poses, tuple(edges)), edges, self.scale.fixed)
+            if len(edges) > len(group.edges)
+            else group
+        )
+
+    def _as_predicted(self, answer: PairResult, group: Group) -> bool:
+        found = self.edge(answer)
+        return agrees(found, predicted(group, found.target, found.source), self.scale.fixed, found.covariance)
+
+    def _put_aside(self, pair: Pair, near: bool) -> None:
+        answer = self.answers.get(pair)
+        if answer is None:
+            self.answers[pair] = not_tried(self.task(pair), NOT_PROMISING if near else NO_OVERLAP)
+        elif answer.accepted:
+            self.answers[pair] = refused(answer, AGAINST_TEAM, "team")
+
+    def _tolerances(self) -> dict[Pair, float]:
+        return {
+            pair: answer.evidence.tolerance_cells
+            for pair, answer in self.answers.items()
+            if answer.evidence is not None and answer.accepted
+        }
+
+    def verdicts(self, groups: Sequence[Group]) -> list[PairResult]:
+        """What became of each pair, in the order in which the maps came."""
+        group_of = {index: k for k, group in enumerate(groups) for index in group.poses}
+        for pair in self.pairs():
+            answer = self.answers.get(pair)
+            if answer is None:
+                self.answers[pair] = not_tried(self.task(pair), NOT_PROMISING)
+            elif answer.accepted and group_of[pair[0]] != group_of[pair[1]]:
+                self.answers[pair] = refused(answer, AGAINST_TEAM, "team")
+        in_order = sorted(self.answers, key=lambda pair: tuple(map(self.names.index, self.task(pair).names)))
+        return [self.answers[pair] for pair in in_order]
+
+    def _run(self, function: Callable[[Task, Shelf | None], Result], tasks: Sequence[Task]) -> list[Result]:
+        self._planned += len(tasks)
+
+        def step() -> None:
+            self._done += 1
+            if self._on_progress is not None:
+                self._on_progress(self._done, self._planned)
+
+        return run_tasks(function, tasks, self.shelf, self.executor, step)
+
+
+def _ordered(maps: MapSet) -> MapSet:
+    order = sorted(
+        range(len(maps)), key=lambda index: (canonical(maps.grids[index]), maps.grids[index].frame.resolution)
+    )
+    return MapSet(
+        tuple(maps.names[k] for k in order),
+        tuple(maps.grids[k] for k in order),
+        tuple(maps.units[k] for k in order),
+        maps.resolutions_trusted,
+        maps.provenance,
+    )

@@ -1,0 +1,108 @@
+"""A study from end to end: resumed, on any executor, it is the same to the byte; its files say what it found."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+import mapquilt.study.folder as folder_module
+from mapquilt.dataset.executor import dask_cluster
+from mapquilt.study.folder import TRIALS_FILE, load_results, run_study
+from tests.mapquilt.conftest import command, hashes
+from tests.mapquilt.study.conftest import plan, run, threads
+
+TIMES = ("timings.json", "timings.csv", TRIALS_FILE)
+
+
+def test_the_files_agree_with_one_another(tiny_study):
+    record = json.loads((tiny_study / "study.json").read_text())
+    rows = list(csv.DictReader((tiny_study / "results.csv").open()))
+    pairs = list(csv.DictReader((tiny_study / "pairs.csv").open()))
+    assert [(row["noise"], row["method"]) for row in rows] == [(n, m) for n in "03" for m in ("quilt", "orb")]
+    for row, cell in zip(rows, record["cells"], strict=True):
+        here = [pair for pair in pairs if (pair["noise"], pair["method"]) == (row["noise"], row["method"])]
+        asked = [p for p in here if p["identifiable"] == "True" and float(p["true_overlap"]) >= 0.15]
+        hits = sum(pair["right"] == pair["accepted"] == "True" for pair in asked)
+        assert int(row["pairs"]) == cell["pairs"] == len(asked)
+        assert int(row["right_and_accepted"]) == cell["right_and_accepted"]["count"] == hits
+        assert len(asked) > 0
+        assert float(row["iou_free"]) == cell["iou_free"]["value"] > 0.3
+    assert all((tiny_study / "maps" / pair["maps"] / f"{pair['target']}.yaml").is_file() for pair in pairs)
+    times = json.loads((tiny_study / "timings.json").read_text())
+    assert len(times["cells"]) == 4 and all(0.0 < one["p10_s"] <= one["median_s"] for one in times["cells"])
+
+
+def test_levels_differ_by_the_noise_alone(tiny_study):
+    trials = load_results(tiny_study).pairs
+    by_level = {level: [t for t in trials if (t.noise, t.method) == (level, "quilt")] for level in (0.0, 3.0)}
+    for exact, noisy in zip(by_level[0.0], by_level[3.0], strict=True):
+        assert (exact.mission, exact.target, exact.overlap) == (noisy.mission, noisy.target, noisy.overlap)
+        assert exact.truth[3] == pytest.approx(noisy.truth[3], rel=1e-9)
+        assert exact.truth != noisy.truth
+
+
+def test_what_is_done_is_not_done_again(tiny_study, tmp_path, monkeypatch):
+    copy = Path(shutil.copytree(tiny_study, tmp_path / "copy"))
+    journal = copy / TRIALS_FILE
+    lines = journal.read_bytes().splitlines(keepends=True)
+    journal.write_bytes(lines[0] + lines[1][: len(lines[1]) // 2])
+    shutil.rmtree(copy / "maps" / "001")
+    (copy / "study.json").unlink()
+    done = []
+    real = folder_module.run_mission
+    monkeypatch.setattr(folder_module, "run_mission", lambda task: done.append(task.index) or real(task))
+    run(plan("noise=0,3"), copy, tiny_study.parent / "missions")
+    assert done == [1]
+    assert hashes(copy, but=TIMES) == hashes(tiny_study, but=TIMES)
+
+
+def test_a_cluster_finds_the_same(tiny_study, tmp_path):
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+        run_study(plan("noise=0,3"), tmp_path / "there", None, lambda: dask_cluster(cluster.scheduler_address), 1)
+    assert hashes(tmp_path / "there", but=TIMES) == hashes(tiny_study, but=TIMES)
+
+
+def test_a_mission_that_fails_is_told_and_the_others_go_on(tmp_path):
+    blind = plan("lidar.dropout=0,1", missions=1, methods=("orb",))
+    found = run_study(blind, tmp_path / "lost", None, threads, 1).results
+    assert [failure.level for failure in found.failures] == [("1",)]
+    assert {trial.level for trial in found.pairs} == {("0",)}
+
+
+def test_a_damaged_cache_is_told(tmp_path):
+    wanted = plan("noise=0,1", missions=1, methods=("orb",))
+    run(wanted, tmp_path / "first", tmp_path / "missions")
+    (entry,) = (path for path in (tmp_path / "missions").iterdir() if path.is_dir())
+    (entry / "robot_0.npz").write_bytes(b"")
+    found = run_study(wanted, tmp_path / "second", tmp_path / "missions", threads, 1)
+    assert any("robot_0.npz is not as it was written; simulated again" in warning for warning in found.warnings)
+    assert hashes(tmp_path / "first", but=TIMES) == hashes(tmp_path / "second", but=TIMES)
+
+
+def test_another_study_and_foreign_folders_are_refused(tiny_study, tmp_path):
+    with pytest.raises(ValueError, match="holds a study of other settings"):
+        run(plan("noise=0,2"), tiny_study)
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(ValueError, match="not empty"):
+        run(plan("noise=0,2"), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_command_prints_and_draws(tiny_study, tmp_path, capsys):
+    copy = Path(shutil.copytree(tiny_study, tmp_path / "copy"))
+    given = ["study", "--vary", "noise=0,3", "--set", "robots=2", "--set", "duration=4"]
+    given += ["--set", "starts=close", "--method", "quilt"]
+    given += ["--method", "orb", "--world", "house", "--missions", 2, "--seed", 3, "--workers", 1, "--out", copy]
+    assert command(*given) == 0
+    told = capsys.readouterr().out
+    assert "8 merges of 2 missions" in told and "quilt" in told
+    for name in ("success", "errors", "quality", "time"):
+        assert (copy / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert command("study", "noise", "--vary", "nose=1,2", "--out", tmp_path / "never") == 2
+    assert "nose is no setting" in capsys.readouterr().err
+    assert not (tmp_path / "never").exists()

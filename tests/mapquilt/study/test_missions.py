@@ -1,0 +1,48 @@
+"""What is cut out of one mission is what a shorter, smaller or poorer one would have been."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mapquilt.study.missions import cut_mission, largest_mission
+from mapquilt.study.setup import Setup
+from sim.mission import simulate
+from worlds.families import make_world
+
+LONG = Setup(robots=3, duration=3.0)
+
+
+@pytest.fixture(scope="module")
+def mission():
+    return largest_mission("house", 4, [LONG, Setup(robots=2, duration=1.0)], None)
+
+
+def test_a_cut_in_time_is_the_mission_that_would_have_been_simulated(mission):
+    cut = cut_mission(mission, replace(LONG, duration=1.5))
+    short = simulate(make_world("house", 4), replace(LONG, duration=1.5).mission(), 4)[0]
+    assert len(cut.robots) == len(short.robots)
+    for one, other in zip(cut.robots, short.robots, strict=True):
+        np.testing.assert_array_equal(one.trajectory.poses, other.trajectory.poses)
+        np.testing.assert_array_equal([scan.ranges for scan in one.scans], [scan.ranges for scan in other.scans])
+
+
+def test_a_smaller_team_is_the_first_robots(mission):
+    cut = cut_mission(mission, replace(LONG, robots=2))
+    assert len(cut.robots) == len(cut.settings.robots) == len(cut.touches) == 2
+    np.testing.assert_array_equal(cut.robots[1].trajectory.poses, mission.robots[1].trajectory.poses)
+
+
+def test_fewer_beams_look_where_they_looked_before(mission):
+    cut = cut_mission(mission, replace(LONG, beams=90))
+    for few, all_of_them in zip(cut.robots[0].scans, mission.robots[0].scans, strict=True):
+        np.testing.assert_allclose(few.angles, all_of_them.angles[::4], atol=1e-12)
+        np.testing.assert_array_equal(few.ranges, all_of_them.ranges[::4])
+    assert cut.settings.robots[0].lidar.beams == 90
+
+
+def test_an_overlap_is_reached_by_cutting(mission):
+    cut = cut_mission(mission, replace(LONG, robots=2, overlap=(0.0, 0.2)))
+    assert all(len(one.scans) <= len(whole.scans) for one, whole in zip(cut.robots, mission.robots, strict=False))
