@@ -45,7 +45,7 @@ merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(metho
 score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
-.PHONY: run sim merge score install test regression regression-update check study bench lock clean help
+.PHONY: run sim merge score thesis install test regression regression-update check study bench lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
 
@@ -62,6 +62,9 @@ merge: $(stamp)
 
 score: $(stamp)
 	$(score)
+
+thesis: $(stamp)
+	$(bin)/mapquilt thesis --out runs/thesis
 
 install: $(stamp)
 
@@ -110,6 +113,7 @@ clean:
 help:
 	@echo 'make [run]     simulate a team of robots, merge their maps, score the merge'
 	@echo 'make sim, make merge, make score   one step of that, on what the step before left in out'
+	@echo 'make thesis    reproduce the study of Chen (2021) in runs/thesis; stopped, it goes on'
 	@echo 'make test      run the tests'
 	@echo 'make regression         merge generated pairs of all world families, compare with tests/golden'
 	@echo 'make regression-update  rewrite tests/golden, and print what changed'

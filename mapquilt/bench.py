@@ -23,6 +23,7 @@ from mapping.se2 import SE2
 from mapquilt import run_folder
 from mapquilt.bench_dataset import bench_dataset
 from mapquilt.bench_simulation import bench_simulation
+from mapquilt.bench_thesis import bench_thesis
 from mapquilt.run_stages import merge_run, score_run, simulate_run
 from mapquilt.sample import SampleSettings
 from merge.settings import MergeSettings
@@ -51,6 +52,7 @@ def main(arguments: list[str]) -> None:
         mission = bench_main_job(Path(folder) / "run")
     bench_mapping(mission)
     bench_simulation()
+    bench_thesis()
     bench_dataset()
     bench_site()
 

@@ -42,6 +42,7 @@ from mapquilt.mission_options import (
     StartOption,
     parse_mission,
 )
+from mapquilt.morphology.debug import METHOD, refuse_debug, show_steps
 from mapquilt.overlap_report import overlap_told
 from mapquilt.place import open_place
 from mapquilt.progress import count_progress, mission_progress
@@ -52,6 +53,7 @@ from mapquilt.scale_options import disguise_ranges, searched_scales
 from mapquilt.sensor_options import chosen_lidar, parse_components
 from mapquilt.study.command import study
 from mapquilt.tables import merge_table, print_table, score_table
+from mapquilt.thesis.command import thesis
 from mapquilt.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from merge.decision import MIN_CONFIDENCE, DecisionSettings
 from merge.fusion import FUSIONS, FusionName
@@ -251,6 +253,12 @@ def merge(
         Path | None,
         typer.Option(parser=path, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
     ] = None,
+    debug: Annotated[
+        Path | None,
+        typer.Option(
+            "--debug", metavar="DIR", parser=path, help="With --method morphology: folder for a picture of every step."
+        ),
+    ] = None,
     unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
 ) -> int:
@@ -264,6 +272,8 @@ def merge(
         _fusion(fusion),
         parse_priors(prior or ()),
     )
+    if debug is not None:
+        refuse_debug(debug, settings, maps)
     inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
     _warn(inputs.warnings)
     with workers_for(len(inputs.maps), workers) as executor, count_progress("merging pairs") as on_progress:
@@ -273,6 +283,8 @@ def merge(
             result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
             if folder is not None:
                 write_merge(folder, inputs, settings, seed, result)
+    if method == METHOD:
+        _warn(show_steps(inputs.maps, settings, debug))
     if as_json:
         typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
     else:
@@ -377,6 +389,7 @@ def _warn(warnings: tuple[str, ...]) -> None:
 app.add_typer(dataset_app, name="dataset")
 app.command()(benchmark)
 app.command()(calibrate)
+app.command()(thesis)
 app.command()(study)
 app.command()(report)
 

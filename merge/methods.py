@@ -14,6 +14,7 @@ from merge.baselines.random_walk import RandomWalk
 from merge.baselines.stitching import Stitching
 from merge.facing import Facing
 from merge.landmarks import Landmarks
+from merge.morphology.method import Morphology
 from merge.orb import Orb
 from merge.proposer import Proposer
 from merge.published import Published
@@ -23,6 +24,8 @@ PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
     {
         "quilt": (Orb(), Landmarks(), Facing()),
         "sift": (Sift(),),
+        "sift_orb": (Sift("orb"),),
+        "morphology": (Morphology(),),
         "orb": (PlainOrb(),),
         "stitching": (Stitching(),),
         "hough": (Hough(),),
@@ -35,6 +38,9 @@ PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
 
 PUBLISHED: Mapping[str, Published[Any]] = MappingProxyType(
     {
+        "sift": Sift.as_published(),
+        "sift_orb": Sift.as_published("orb"),
+        "morphology": Morphology(),
         "orb": PlainOrb(),
         "stitching": Stitching(),
         "hough": Hough(),

@@ -27,3 +27,8 @@ def cells_from_pixels(pixels: NDArray[np.float64], rows: int) -> NDArray[np.floa
     Pixel centres are at integers and v points down: pixel (0, rows - 1) is the point (0.5, 0.5).
     """
     return np.stack((pixels[:, 0] + 0.5, rows - 0.5 - pixels[:, 1]), axis=-1)
+
+
+def pixels_from_cells(points: NDArray[np.float64], rows: int) -> NDArray[np.float64]:
+    """The inverse of :func:`cells_from_pixels`."""
+    return np.stack((points[:, 0] - 0.5, rows - 0.5 - points[:, 1]), axis=-1)

@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 VERBS = (
-    *("run", "sim", "merge", "score", "install", "test", "regression", "regression-update"),
+    *("run", "sim", "merge", "score", "thesis", "install", "test", "regression", "regression-update"),
     *("check", "study", "bench", "lock", "clean", "help"),
 )
 

@@ -1,0 +1,195 @@
+"""The study as tables: to read, to compute with, and for the terminal."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from mapquilt.benchmark.intervals import Share
+from mapquilt.tables import plain_table
+from mapquilt.thesis.cases import CASES, Case
+from mapquilt.thesis.make import Study
+from mapquilt.thesis.tally import CaseTally
+from mapquilt.thesis.verdict import CORRECTED, PLAIN, compared, remark
+
+HOUSE = "quilt"
+MISSING = "-"
+
+
+def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
+    """The whole report."""
+    parts = [
+        "# Chen (2021), again",
+        f"Seeds a case: {study.spec.seeds}. An answer is right within 10 cells, 5 degrees and 5 % of scale. Shares "
+        "come with Wilson's 95 % interval, the acceptance index (AI) is a median, on the original rasters. Beside each "
+        "stands what the thesis's own scripts measure on its author's own maps.",
+        "## The two pipelines as published",
+        compact(counted),
+        "## Where the correction helps, and where not",
+        remarks(counted),
+        "## Every method",
+        "`as published` a method decides for itself; the others go through the common judge. Errors are medians of the "
+        "right answers; seconds are medians of the processor time of a pair (of all three maps in the last case).",
+        *(_of_case(case, counted) for case in CASES),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def compact(counted: Sequence[CaseTally]) -> str:
+    """Thesis and study side by side, a line a case, for the two pipelines and the method of the house."""
+    head = ("case", "differs by", "overlap", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "AI SIFT")
+    with_house = any(one.method == HOUSE for one in counted)
+    rows = [(*head, "AI corrected", "AI at the truth", *((f"{HOUSE} %",) if with_house else ()))]
+    for case in CASES:
+        found = compared(counted, case.name)
+        if found is None:
+            continue
+        plain, corrected = found
+        measured = case.measured
+        house = [one for one in counted if (one.case.name, one.method) == (case.name, HOUSE)]
+        rows.append(
+            (
+                case.name,
+                case.differs,
+                _percent(plain.overlap),
+                MISSING if measured is None else measured.told_plain,
+                _share(plain.right),
+                MISSING if measured is None else measured.told_corrected,
+                _share(corrected.right),
+                _number(plain.index, 3) + ("" if measured is None else f" ({measured.plain_index:.3f})"),
+                _number(corrected.index, 3),
+                _number(plain.true_index, 3) + ("" if measured is None else f" ({measured.true_index:.3f})"),
+                *(_share(one.right) for one in house),
+            )
+        )
+    return _rows(rows) + "\n\nIn brackets beside an AI: the thesis's."
+
+
+def remarks(counted: Sequence[CaseTally]) -> str:
+    """A line on each case where both pipelines ran."""
+    pairs = [found for case in CASES if (found := compared(counted, case.name)) is not None]
+    told = [f"- {remark(plain, corrected)}" for plain, corrected in pairs]
+    return "\n".join(told) if told else f"`{PLAIN}` or `{CORRECTED}` did not run."
+
+
+HEAD = ("method", "right %", "right and accepted %", "wrong accepts", "deg", "%", "cells", "AI", "AI at the truth", "s")
+
+
+def _of_case(case: Case, counted: Sequence[CaseTally]) -> str:
+    rows = [HEAD] + [_row(one) for one in counted if one.case.name == case.name]
+    return f"### {case.name}: {case.differs}\n\n" + _rows(rows)
+
+
+def _row(one: CaseTally) -> tuple[str, ...]:
+    return (
+        one.method,
+        _share(one.right),
+        _share(one.right_and_accepted),
+        str(one.wrong_accepts),
+        _number(one.rotation_deg, 2),
+        _number(one.scale_percent, 2),
+        _number(one.displacement_cells, 1),
+        _number(one.index, 3),
+        _number(one.true_index, 3),
+        f"{one.seconds:.2f}",
+    )
+
+
+def _rows(rows: Sequence[Sequence[str]]) -> str:
+    rule = ["---", *("---:" for _ in rows[0][1:])]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (rows[0], rule, *rows[1:]))
+
+
+def _share(share: Share) -> str:
+    return f"{100 * share.value:.0f} [{100 * share.interval.low:.0f}, {100 * share.interval.high:.0f}]"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return MISSING if value is None else f"{value:.{digits}f}"
+
+
+SHOWN = (PLAIN, CORRECTED, "sift", "morphology", HOUSE)
+"""Methods that the terminal has room for."""
+
+
+def terminal_table(counted: Sequence[CaseTally]) -> Table:
+    """Shares right by case, in per cent: of the thesis, and of the methods that there is room for."""
+    shown = [method for method in SHOWN if any(one.method == method for one in counted)]
+    head = ("overlap", "thesis: SIFT", "thesis: corrected", *shown)
+    table = plain_table(("right [%]", False), *((name, True) for name in head))
+    by_place = {(one.case.name, one.method): one for one in counted}
+    for case in CASES:
+        overlap = next(one.overlap for one in counted if one.case == case)
+        told = (MISSING, MISSING)
+        if case.measured is not None:
+            told = (case.measured.told_plain, case.measured.told_corrected)
+        shares = (f"{100 * by_place[case.name, method].right.value:.0f}" for method in shown)
+        table.add_row(case.name, _percent(overlap), *told, *shares)
+    return table
+
+
+def _percent(share: float | None) -> str:
+    return MISSING if share is None else f"{100 * share:.0f} %"
+
+
+COLUMNS = (
+    *("case", "differs_by", "method", "overlap", "runs", "right", "right_low", "right_high", "right_and_accepted"),
+    *("accepted_low", "accepted_high", "wrong_accepts", "rotation_deg", "scale_percent", "displacement_cells"),
+    *("index", "true_index", "thesis_right", "thesis_runs", "thesis_index", "thesis_true_index"),
+)
+
+
+def table_csv(counted: Sequence[CaseTally]) -> str:
+    """A row a case and method; what does not apply is left empty. No times: the same call gives the same."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for one in counted:
+        right, accepted = one.right, one.right_and_accepted
+        writer.writerow(
+            (
+                *(one.case.name, one.case.differs, one.method, one.overlap, right.of),
+                *(right.count, right.interval.low, right.interval.high),
+                *(accepted.count, accepted.interval.low, accepted.interval.high, one.wrong_accepts),
+                *(one.rotation_deg, one.scale_percent, one.displacement_cells, one.index, one.true_index),
+                *_measured(one),
+            )
+        )
+    return text.getvalue()
+
+
+def _measured(one: CaseTally) -> tuple[float | None, ...]:
+    measured = one.case.measured
+    if measured is None or one.method not in (PLAIN, CORRECTED):
+        return (None, None, None, None if measured is None else measured.true_index)
+    if one.method == PLAIN:
+        return (measured.plain, measured.plain_runs, measured.plain_index, measured.true_index)
+    runs = None if measured.corrected is None else measured.corrected_runs
+    return (measured.corrected, runs, None, measured.true_index)
+
+
+def answers_csv(study: Study) -> str:
+    """A row an answer."""
+    text = io.StringIO()
+    columns = ["case", "seed", "method", "right", "accepted", "confidence", "rotation_deg", "scale_percent"]
+    columns += ["displacement_cells", "index", "true_index", "x", "y", "yaw", "scale"]
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for answer in study.answers:
+        record = answer.record()
+        place = record.pop("transform")
+        writer.writerow(record | ({} if place is None else dict(zip(("x", "y", "yaw", "scale"), place, strict=True))))
+    return text.getvalue()
+
+
+def timings_csv(study: Study) -> str:
+    """The processor seconds of each answer."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("case", "seed", "method", "seconds"))
+    for answer, seconds in zip(study.answers, study.seconds, strict=True):
+        writer.writerow((answer.case, answer.seed, answer.method, f"{seconds:.4f}"))
+    return text.getvalue()
