@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeVar
 
@@ -17,6 +17,7 @@ from mapping.map_set import MapSet, Unit
 from mapping.se2 import SE2
 from mapping.seeds import Role, stream
 from mapping.similarity2 import Similarity2
+from merge.decision import Decision
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.pair import PairAnswer, Sheet, merge_pair
 from merge.result import Alternative, PairResult
@@ -24,6 +25,7 @@ from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
 from merge.sheets import Method, Shelf, cell_width, map_cells_from_chart, metres_from_chart
 
+OTHER_SCALE = "fits only at another scale than the maps state"
 IN_FLIGHT = 64
 """Tasks handed out at a time, so that their maps are not all in flight at once."""
 
@@ -66,15 +68,30 @@ class PairTask:
     def sheets(self, shelf: Shelf, methods: Sequence[Method]) -> tuple[Sheet, Sheet]:
         return shelf.sheet(self.grids[0], methods), shelf.sheet(self.grids[1], methods)
 
-    def scale_of(self, sheets: tuple[Sheet, Sheet]) -> ScaleRange:
-        """The scales in cells of the target's sheet per cell of the source's."""
-        return self.scale.times(self.cells_per_cell * cell_width(sheets[1].chart) / cell_width(sheets[0].chart))
+    def in_cells(self, scale: ScaleRange, sheets: tuple[Sheet, Sheet]) -> ScaleRange:
+        """Scales in metres as stated, in cells of the target's sheet per cell of the source's."""
+        return scale.times(self.cells_per_cell * cell_width(sheets[1].chart) / cell_width(sheets[0].chart))
 
 
 def match(task: PairTask, shelf: Shelf | None = None) -> PairResult:
     """The answer for one pair; it depends neither on other maps nor on which of the two comes first."""
     sheets = task.sheets(shelf or process_shelf(), task.methods)
-    return told(task, _answer(*sheets, task.scale_of(sheets), task.settings, task.seed), sheets)
+    answer = _answer(*sheets, task.in_cells(task.scale, sheets), task.settings, task.seed)
+    if answer.decision.accepted or task.settings.scale is not None or not task.scale.fixed:
+        return told(task, answer, sheets)
+    return told(task, _at_another_scale(task, sheets) or answer, sheets)
+
+
+def _at_another_scale(task: PairTask, sheets: tuple[Sheet, Sheet]) -> PairAnswer | None:
+    """The answer that would be accepted if the maps did not state their resolutions, refused, and saying so; None where
+    there is none. The first proposer alone is asked, which costs little."""
+    scale = ScaleRange.free()
+    answer = _answer(*sheets, task.in_cells(scale, sheets), task.settings, task.seed, proposers=1)
+    if not answer.decision.accepted:
+        return None
+    found = told(task, answer, sheets).target_from_source
+    times = "" if found is None else f", {found.scale:.3g} times that"
+    return replace(answer, decision=Decision(False, 0.0, OTHER_SCALE + times))
 
 
 @cache
@@ -122,19 +139,32 @@ def _as_they_come(
             future.cancel()
 
 
-def _answer(target: Sheet, source: Sheet, scale: ScaleRange, settings: MergeSettings, seed: int) -> PairAnswer:
+def _answer(
+    target: Sheet,
+    source: Sheet,
+    scale: ScaleRange,
+    settings: MergeSettings,
+    seed: int,
+    proposers: int | None = None,
+) -> PairAnswer:
+    """By so many of the method's proposers, or all."""
     rng = stream(seed, Role.MERGE)
     if canonical(target.chart.grid) <= canonical(source.chart.grid):
-        return _judged(target, source, scale, settings, rng)
-    return _judged(source, target, scale.inverse(), settings, rng).inverse()
+        return _judged(target, source, scale, settings, rng, proposers)
+    return _judged(source, target, scale.inverse(), settings, rng, proposers).inverse()
 
 
 def _judged(
-    target: Sheet, source: Sheet, scale: ScaleRange, settings: MergeSettings, rng: np.random.Generator
+    target: Sheet,
+    source: Sheet,
+    scale: ScaleRange,
+    settings: MergeSettings,
+    rng: np.random.Generator,
+    proposers: int | None,
 ) -> PairAnswer:
     if settings.as_published:
         return PUBLISHED[settings.method].published(target.descriptions[0], source.descriptions[0], scale, rng)
-    return merge_pair(target, source, scale, PROPOSERS[settings.method], rng, settings.decision)
+    return merge_pair(target, source, scale, PROPOSERS[settings.method][:proposers], rng, settings.decision)
 
 
 def canonical(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:

@@ -87,7 +87,8 @@ def merge_pair(
 ) -> PairAnswer:
     """Propose, verify, refine, decide; the next proposer is asked only where no answer is sure yet.
 
-    ``scale`` in cells of the target per cell of the source.
+    ``scale`` in cells of the target per cell of the source. ``proposers`` are those that described the sheets, or the
+    first of them.
     """
     answer = PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
@@ -95,7 +96,7 @@ def merge_pair(
     charts = target.chart, source.chart
     rough: list[Candidate] = []
     found: list[Candidate] = []
-    stages = list(zip(proposers, target.descriptions, source.descriptions, strict=True))
+    stages = list(zip(proposers, target.descriptions, source.descriptions, strict=False))
     for number, (proposer, there, here) in enumerate(stages, start=1):
         proposals = proposer.propose(there, here, scale, rng)
         rough = distinct(*charts, [*rough, *candidates(*charts, proposals, scale)])

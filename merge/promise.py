@@ -27,7 +27,7 @@ Pair = tuple[int, int]
 def promise(task: PairTask, shelf: Shelf | None = None) -> float:
     """How well the walls agree at the best place of a coarse search, 0 to 1, whichever map comes first."""
     target, source = task.sheets(shelf or process_shelf(), (GLANCE,))
-    scale = task.scale_of((target, source))
+    scale = task.in_cells(task.scale, (target, source))
     if canonical(target.chart.grid) > canonical(source.chart.grid):
         target, source, scale = source, target, scale.inverse()
     if not (len(target.chart.points) and len(source.chart.points)):

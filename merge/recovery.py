@@ -33,7 +33,7 @@ def match_near(task: NearTask, shelf: Shelf | None = None) -> PairResult:
     target_metres, source_metres = (
         metres_from_chart(grid.frame, sheet.chart) for grid, sheet in zip(pair.grids, sheets, strict=True)
     )
-    scale = pair.scale_of(sheets)
+    scale = pair.in_cells(pair.scale, sheets)
     if isinstance(task.place, Expected):
         places = task.place.starts(sheets[0].chart, target_metres, source_metres)
     else:

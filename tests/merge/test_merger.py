@@ -13,6 +13,7 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
 from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
+from merge.matching import OTHER_SCALE
 from merge.pair import NOTHING_PROPOSED
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
@@ -124,6 +125,17 @@ def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(know
     assert pair.accepted
     assert pair.target_from_source.scale == pytest.approx(2.0)
     np.testing.assert_allclose(pair.target_from_source_pixels, before.target_from_source_pixels, atol=1e-6)
+
+
+def test_maps_that_fit_only_at_another_scale_than_they_state_are_refused_and_say_so(known):
+    maps, _, result = known
+    frame = dataclasses.replace(maps.grids[1].frame, resolution=CELL / 1.6)
+    pair = quilted(map_set((maps.grids[0], OccupancyGrid(frame, maps.grids[1].log_odds)))).pairs[0]
+    assert not pair.accepted and pair.confidence == 0.0
+    assert pair.reason == f"{OTHER_SCALE}, 1.6 times that"
+    np.testing.assert_allclose(
+        pair.target_from_source_pixels, result.pairs[0].target_from_source_pixels, rtol=5e-3, atol=2.0
+    )
 
 
 def test_shifting_an_origin_leaves_the_pixels_and_moves_the_metric_answer_by_as_much(known):
