@@ -39,8 +39,8 @@ TURNS = 6
 
 SUREST, UNSUREST = 8.0, -4.0
 
-MOST_TRIED = 3
-"""So many other places of a part are heard."""
+MOST_HEARD, MOST_TRIED = 8, 3
+"""Of a part so many places are heard; of all parts so many shifts are tried."""
 
 WORST_GAIN = -3.0
 """What a shift may lose at first sight: one noisy answer puts a part less well than all do that then agree."""
@@ -297,7 +297,7 @@ def _shifts(group: Group, inside: Sequence[Edge], place: Place, fixed_scale: boo
         if now is None:
             continue
         held = joins[now].support + _heard(first, second, joins[now], place)
-        for k, join in enumerate(joins[:MOST_TRIED]):
+        for k, join in enumerate(joins[:MOST_HEARD]):
             if k != now and join.support + BEST_HEARD > held:
                 gain = join.support + _heard(first, second, join, place) - held
                 found.append((gain, _joined(first, second, join, inside, fixed_scale)))
