@@ -17,7 +17,7 @@ RIVAL = "two answers equally good"
 INEXACT = "the place is found, but too little structure in common to tell it exactly"
 
 
-MIN_CONFIDENCE = 0.7
+MIN_CONFIDENCE = 0.6
 
 CRISP_SHARE = 0.007
 """Maps that bear a tolerance of this share of the diagonal are not bent: walls in free space have no excuse there."""
@@ -44,10 +44,10 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 3.52
-    lead: float = 37.0
-    contradiction: float = 18.0
-    threshold: float = 5.68
+    agreement: float = 16.86
+    lead: float = 33.06
+    contradiction: float = 46.39
+    threshold: float = 12.35
     enough_agreement: float = 0.5
     enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0

@@ -12,6 +12,9 @@ from merge.fusion import finest, fuse_and_compare
 from merge.result import MergedGroup, MergeResult, PairResult
 from merge.team import Team
 
+CALIBRATED = "quilt"
+"""The method whose answers the constants of the decision were fitted to."""
+
 
 def told_result(team: Team, groups: Sequence[Group]) -> MergeResult:
     """The result of a team that is solved."""
@@ -20,7 +23,8 @@ def told_result(team: Team, groups: Sequence[Group]) -> MergeResult:
     told.sort(key=lambda group: _rank(team, group), reverse=True)
     first = told[0].reference_from_map
     left_out = {name: _why_not(name, told, pairs) for name in team.names if name not in first}
-    return MergeResult(team.names, tuple(pairs), tuple(told), left_out)
+    calibrated = team.settings.method == CALIBRATED and not team.settings.as_published
+    return MergeResult(team.names, tuple(pairs), tuple(told), left_out, calibrated)
 
 
 def _told(team: Team, group: Group) -> MergedGroup:
