@@ -58,8 +58,8 @@ Timed = tuple[StudyAnswer, float]
 def answers_of(place: Place, maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int) -> list[Timed]:
     """A method on each case of the place.
 
-    The floor's maps are merged as a team: the pairs' answers are those of the team, and each takes a third of its
-    time.
+    The floor's pairs are matched each by itself, and take a third of the time each; the team is merged from their
+    answers.
     """
     with one_thread():
         warm_up(settings)
@@ -76,10 +76,12 @@ def _of_hall(maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int) -
 
 
 def _of_floor(maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int) -> list[Timed]:
+    team = _team(maps, FLOOR_MAPS)
     start = time.process_time()
-    result = merge_maps(_team(maps, FLOOR_MAPS), settings, seed)
+    pairs = {(pair.target, pair.source): pair for pair in match_maps(team, settings, seed)}
+    matched = time.process_time() - start
+    result = merge_maps(team, settings, seed, answers=pairs)
     seconds = time.process_time() - start
-    by_names = {(pair.target, pair.source): pair for pair in result.pairs}
     found: list[Timed] = []
     for case in (case for case in CASES if case.place == "floor"):
         if case.team:
@@ -87,8 +89,8 @@ def _of_floor(maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int) 
             accepted = not result.left_out
             found.append((StudyAnswer(case.name, seed, settings.title, right, accepted, None), seconds))
         else:
-            answer = _scored(case, maps, settings, seed, by_names[case.maps[0], case.maps[1]])
-            found.append((answer, seconds / len(result.pairs)))
+            answer = _scored(case, maps, settings, seed, pairs[case.maps[0], case.maps[1]])
+            found.append((answer, matched / len(pairs)))
     return found
 
 
