@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree, shortest_path
-from scipy.special import expit
-from scipy.stats import chi2
+from scipy.special import chdtri, expit
 
 from mapping.similarity2 import Similarity2
 from merge.edge import Edge, about, difference
@@ -109,7 +108,7 @@ def agrees(edge: Edge, predicted: Similarity2, fixed_scale: bool, slack: NDArray
     return square < float(_GATES[unknowns])
 
 
-_GATES = {unknowns: chi2.ppf(QUANTILE, unknowns) for unknowns in (3, 4)}
+_GATES = {unknowns: float(chdtri(unknowns, 1.0 - QUANTILE)) for unknowns in (3, 4)}
 
 
 def _weighted(edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Edge]:

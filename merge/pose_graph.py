@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.sparse import csr_array
 
 from mapping.similarity2 import Similarity2
@@ -23,6 +22,8 @@ def averaged(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) 
     Source: least squares on a graph of poses (Lu and Milios 1997; for grid maps, Jiang et al. 2019), solved by
     SciPy's trust region with a sparse Jacobian.
     """
+    from scipy.optimize import least_squares  # only teams need it
+
     free = [index for index in sorted(poses) if index != root]
     if len(edges) < len(poses):  # a tree is as its edges have it
         return dict(poses)

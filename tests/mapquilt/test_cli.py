@@ -255,7 +255,9 @@ def test_a_run_is_replaced_whole(fresh_run):
 def test_two_copies_of_one_map_merge(capsys, two_maps, tmp_path):
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
     assert set(hashes(tmp_path / "merged")) == {
-        *("merge.json", "merge.png", "transforms.yaml", "merged.pgm", "merged.yaml", "conflicts.pgm", "conflicts.yaml")
+        *("merge.json", "merge.png", "transforms.yaml"),
+        *(f"{name}.{suffix}" for name in ("merged", "conflicts") for suffix in ("pgm", "yaml")),
+        *(f"inputs/{k}/{name}.{suffix}" for k, name in enumerate("ab") for suffix in ("pgm", "yaml")),
     }
     assert "accepted" in capsys.readouterr().out
 
