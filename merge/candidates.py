@@ -29,6 +29,9 @@ RIVAL_DISTANCE_SHARE = 0.06
 CRISP = 0.98
 """Where this share of the judged walls agrees there is nothing to mend, and the closest fit is the best."""
 
+FAR_BELOW = 0.35
+"""A rival that agrees by so much less takes nothing from an answer, climb as it may."""
+
 BENT_SHARE = 0.004
 """Where the mean over patches lies further than this share of the diagonal from the best match, the maps are bent."""
 
@@ -61,15 +64,25 @@ def candidates(target: Chart, source: Chart, proposals: Sequence[Proposal], scal
     return _short_list(target, source, proposals, scale, SHORT_LIST)
 
 
-def finished(target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange) -> list[Candidate]:
-    """Those candidates refined with care, the one whose walls agree best first."""
-    return distinct(target, source, [_polished(target, source, candidate, scale) for candidate in found])
+def finished(
+    target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange, best: float = 0.0
+) -> list[Candidate]:
+    """Those candidates refined with care, the one whose walls agree best first.
+
+    ``best`` is an agreement that was reached elsewhere: what lies far below it is not worth the last of the care.
+    """
+    polished: list[Candidate] = []
+    for candidate in found:
+        polished.append(_polished(target, source, candidate, scale, best - FAR_BELOW))
+        best = max(best, polished[-1].walls.agreement)
+    return distinct(target, source, polished)
 
 
-def rivals(target: Chart, source: Chart, answer: Similarity2, scale: ScaleRange) -> list[Candidate]:
+def rivals(target: Chart, source: Chart, answer: Candidate, scale: ScaleRange) -> list[Candidate]:
     """The best other places at the answer's own scale, refined with care."""
-    proposals = rival_proposals(target, source, answer)
-    return finished(target, source, _short_list(target, source, proposals, scale, RIVALS)[:RIVAL_FINALISTS], scale)
+    proposals = rival_proposals(target, source, answer.target_from_source)
+    short_list = _short_list(target, source, proposals, scale, RIVALS)[:RIVAL_FINALISTS]
+    return finished(target, source, short_list, scale, answer.walls.agreement)
 
 
 def _short_list(
@@ -143,10 +156,10 @@ def _refined(
     return dataclasses.replace(candidate, target_from_source=answer, laid=laid)
 
 
-def _polished(target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange) -> Candidate:
+def _polished(target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange, least: float) -> Candidate:
     answer = refine(target, source, candidate.target_from_source, scale)
     laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
-    if laid[0].on_walls <= CRISP * laid[0].judged:
+    if laid[0].on_walls <= CRISP * laid[0].judged and laid[0].agreement >= least:
         answer = climb(target, source, answer, scale)
         laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
     return dataclasses.replace(candidate, target_from_source=answer, laid=laid)

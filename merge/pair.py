@@ -106,7 +106,7 @@ def merge_pair(
         rough = rough[FINALISTS:]
         answer = _best(*charts, found, scale, settings)
         if answer.agreement >= settings.min_agreement:
-            found = distinct(*charts, [*found, *rivals(*charts, found[0].target_from_source, scale)])
+            found = distinct(*charts, [*found, *rivals(*charts, found[0], scale)])
             answer = _best(*charts, found, scale, settings)
         if answer.evidence is not None and _is_sure(answer.evidence, settings):
             break
