@@ -44,10 +44,10 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 16.86
-    lead: float = 33.06
-    contradiction: float = 46.39
-    threshold: float = 12.35
+    agreement: float = 0.0
+    lead: float = 34.95
+    contradiction: float = 45.4
+    threshold: float = 4.2
     enough_agreement: float = 0.5
     enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0
