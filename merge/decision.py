@@ -30,11 +30,11 @@ MISSING = 2.0
 class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
-    - ``agreement``, ``lead``, ``contradiction``, ``threshold``: the log-odds of the right place are ``agreement`` times
-      the agreement, plus ``lead`` times what the best rival lies below it, less ``contradiction`` times the share of
-      walls in free space times the overlap where the maps are crisp, less ``threshold``; an agreement above
-      ``enough_agreement`` says no more (bent maps have no better), nor a lead above ``enough_lead`` (or a poor answer
-      would pass for want of any other). Fitted to generated pairs by ``mapquilt calibrate``;
+    - ``lead``, ``contradiction``, ``threshold``: the log-odds of the right place are ``lead`` times what the best rival
+      agrees less than the answer, less ``contradiction`` times the share of walls in free space times the overlap where
+      the maps are crisp, less ``threshold``; a lead above ``enough_lead`` says no more, or a poor answer would pass for
+      want of any other. Fitted to generated pairs by ``mapquilt calibrate``. (The agreement itself was fitted too, and
+      weighs nothing beside the lead.);
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -44,11 +44,9 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    agreement: float = 0.0
     lead: float = 34.95
     contradiction: float = 45.4
     threshold: float = 4.2
-    enough_agreement: float = 0.5
     enough_lead: float = 0.25
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
@@ -99,21 +97,16 @@ def lead_of(evidence: Evidence) -> float:
     return max(0.0, evidence.agreement - evidence.rival_agreement)
 
 
-def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float, float]:
-    """What ``agreement``, ``lead`` and, with a minus, ``contradiction`` weigh."""
+def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
+    """What ``lead`` and, with a minus, ``contradiction`` weigh."""
     crisp = evidence.tolerance_share <= CRISP_SHARE
     contradiction = (evidence.walls_in_free or 0.0) * evidence.overlap if crisp else 0.0
-    return (
-        min(evidence.agreement, settings.enough_agreement),
-        min(lead_of(evidence), settings.enough_lead),
-        contradiction,
-    )
+    return min(lead_of(evidence), settings.enough_lead), contradiction
 
 
 def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
-    agreement, lead, contradiction = features(evidence, settings)
-    speaking = settings.agreement * agreement + settings.lead * lead
-    return speaking - settings.contradiction * contradiction - settings.threshold
+    lead, contradiction = features(evidence, settings)
+    return settings.lead * lead - settings.contradiction * contradiction - settings.threshold
 
 
 def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:

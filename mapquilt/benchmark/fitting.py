@@ -14,16 +14,16 @@ from mapquilt.benchmark.trial import Answer, Trial
 from merge.decision import DecisionSettings, decide, features
 from merge.result import Evidence
 
-RIDGE = 1e-3
-FITTED = ("agreement", "lead", "contradiction", "threshold")
-SIGNS = np.array([1.0, 1.0, -1.0])
+RIDGE = 1e-6
+FITTED = ("lead", "contradiction", "threshold")
+SIGNS = np.array([1.0, -1.0])
 """Contradiction takes from the log-odds."""
 
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``agreement``, ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, none of them
+    """``start`` with ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, none of them
     negative (logistic regression).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
@@ -77,7 +77,7 @@ def _group(trial: Trial) -> str:
 
 def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
     names, index, counts = np.unique(groups, return_inverse=True, return_counts=True)
-    return np.asarray(len(groups) / (len(names) * counts[index]), np.float64)
+    return np.asarray(1.0 / (len(names) * counts[index]), np.float64)
 
 
 def _logistic(
@@ -95,6 +95,11 @@ def _logistic(
         return value, inputs.T @ (weights * (chance - right)) + 2.0 * RIDGE * constants
 
     found = minimize(
-        loss, np.zeros(inputs.shape[1]), jac=True, method="L-BFGS-B", bounds=[(0.0, None)] * inputs.shape[1]
+        loss,
+        np.zeros(inputs.shape[1]),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(0.0, None)] * inputs.shape[1],
+        options={"ftol": 1e-14, "gtol": 1e-9},
     )
     return tuple(found.x.tolist())

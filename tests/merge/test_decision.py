@@ -68,7 +68,7 @@ def test_more_evidence_never_lowers_the_confidence(name, worse_to_better):
     assert all(0.0 <= confidence <= 1.0 for confidence in found)
 
 
-@pytest.mark.parametrize(("name", "value"), [("min_margin", -0.1), ("agreement", float("nan"))])
+@pytest.mark.parametrize(("name", "value"), [("min_margin", -0.1), ("lead", float("nan"))])
 def test_a_bad_bound_is_named(name, value):
     with pytest.raises(ValueError, match=f"{name} is {value}"):
         DecisionSettings(**{name: value})

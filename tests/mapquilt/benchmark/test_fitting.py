@@ -18,7 +18,7 @@ from merge.decision import DecisionSettings, decide
 from merge.result import Evidence
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
-TRUE = DecisionSettings(agreement=7.0, lead=11.0, contradiction=9.0, threshold=5.0)
+TRUE = DecisionSettings(lead=24.0, contradiction=9.0, threshold=2.0)
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 2e4, 0.5, 4.0, 0.002, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)
 
 
@@ -37,8 +37,7 @@ def drawn(number: int, seed: int = 0, **fields: float) -> list[Trial]:
 
 def test_the_constants_that_made_the_answers_are_found_again():
     fitted = fit_decision(drawn(8000))
-    assert fitted.agreement == pytest.approx(TRUE.agreement, abs=0.9)
-    assert fitted.lead == pytest.approx(TRUE.lead, abs=1.3)
+    assert fitted.lead == pytest.approx(TRUE.lead, abs=1.5)
     assert fitted.contradiction == pytest.approx(TRUE.contradiction, abs=1.5)
     assert fitted.threshold == pytest.approx(TRUE.threshold, abs=0.6)
     assert fitted.min_overlap == DecisionSettings().min_overlap
