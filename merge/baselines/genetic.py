@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
@@ -155,14 +156,30 @@ def likelihood(occupied: NDArray[np.bool_], free: NDArray[np.bool_], blur_cells:
 
 def consistency(field: NDArray[np.float32], source: Likelihood, poses: Poses, size: float) -> NDArray[np.float64]:
     """Mean likelihood (K,) of a target's field where the source's walls lie at poses (K, 3); 0 off the map."""
-    forward = matrices(poses, source.middle, size)
-    points = source.walls @ forward[:, :, :2].transpose(0, 2, 1) + forward[:, None, :, 2]
-    cells = np.floor(points).astype(np.intp)
+    return mean_likelihood(field, source.walls, matrices(poses, source.middle, size))
+
+
+@njit(cache=True)
+def mean_likelihood(
+    field: NDArray[np.float32], walls: NDArray[np.float64], matrices: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Mean (K,) of a field (rows, cols), 0 beyond it, at walls (N, 2) moved by each of the matrices (K, 2, 3)."""
     rows, cols = field.shape
-    inside = (cells >= 0).all(axis=-1) & (cells[..., 0] < cols) & (cells[..., 1] < rows)
-    cells[~inside] = 0
-    found = np.where(inside, field[cells[..., 1], cells[..., 0]], 0.0)
-    means: NDArray[np.float64] = found.mean(axis=1).astype(np.float64)
+    number = len(walls)
+    means = np.zeros(len(matrices))
+    row_of, col_of = np.empty(number, np.int32), np.empty(number, np.int32)
+    for k in range(len(matrices)):
+        m = matrices[k]
+        for i in range(number):
+            x, y = walls[i, 0], walls[i, 1]
+            col_of[i] = math.floor(m[0, 0] * x + m[0, 1] * y + m[0, 2])
+            row_of[i] = math.floor(m[1, 0] * x + m[1, 1] * y + m[1, 2])
+        total = 0.0
+        for i in range(number):
+            row, col = min(max(row_of[i], 0), rows - 1), min(max(col_of[i], 0), cols - 1)
+            inside = (row == row_of[i]) & (col == col_of[i])  # a product and no branch, which would cost more
+            total += inside * field[row, col]
+        means[k] = total / number
     return means
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from mapping.similarity2 import Similarity2
+from merge.baselines.nearest_wall import Complex, NearestWall
 from merge.cells import centres
 from merge.chart import Chart
 from merge.decision import Decision
@@ -17,9 +17,6 @@ from merge.pair import PairAnswer
 from merge.proposer import Proposal
 from merge.published import nothing_found
 from merge.scale_range import ScaleRange
-
-Complex = NDArray[np.complex128]
-"""Points x + i y, so that a turn is a product."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +86,13 @@ class Icp:
 
     def _ended(self, target: Shape, source: Shape, size: float) -> tuple[Complex, Complex, NDArray[np.float64]]:
         """Turn and shift of every state at its end, and mean square distance [cells of the target], sorted by it."""
-        tree = cKDTree(np.stack((target.points.real, target.points.imag), axis=-1))
+        walls = NearestWall.of(target.points, size * _reach(source))
         turns, shifts = self._initial_states(target, source, size)
         errors = np.full(len(turns), np.inf)
         going = np.arange(len(turns))
         for _ in range(self.iterations):
             moved = turns[going, None] * source.sample + shifts[going, None]
-            distance, nearest = tree.query(np.stack((moved.real, moved.imag), axis=-1))
+            distance, nearest = walls.query(moved)
             mean_square = np.mean(np.square(distance), axis=1)
             falling = errors[going] - mean_square > self.least_fall * mean_square
             errors[going] = mean_square
@@ -115,13 +112,20 @@ class Icp:
         return turns, np.tile(places.ravel(), self.rotations) - turns * source.points.mean()
 
 
+def _reach(data: Shape) -> float:
+    """How far data can lie from the model's box: their mean never leaves it, at first that of all of them, then that of
+    the sample, which lies on that of its partners."""
+    middle = data.sample.mean()
+    return float(np.abs(data.sample - middle).max() + abs(data.points.mean() - middle))
+
+
 def fit_rigid(target: Complex, source: Complex, size: float) -> tuple[Complex, Complex]:
     """Turns (K,), of length ``size``, and shifts (K,) of least squares from points (N,) to their partners (K, N).
 
     Source: Besl and McKay 1992, section III.C; in the plane the quaternion is one complex number.
     """
     middle, middles = complex(source.mean()), target.mean(axis=1)
-    covariance: Complex = (target - middles[:, None]) @ (source - middle).conj()
+    covariance: Complex = np.einsum("kn,n->k", target - middles[:, None], (source - middle).conj())
     length = np.abs(covariance)
     turns = np.full(len(covariance), complex(size))
     turns[length > 0.0] *= covariance[length > 0.0] / length[length > 0.0]

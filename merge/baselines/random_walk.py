@@ -24,11 +24,11 @@ from merge.scale_range import ScaleRange
 @dataclass(frozen=True, eq=False)
 class Valued:
     """A map as the similarity sees it: for each value (free, occupied) a sample of its cells, (N, 2) centres, and the
-    Manhattan distance of every cell to the nearest one of that value, (rows, cols)."""
+    Manhattan distance of every cell to the nearest one of that value, (rows, cols, 2)."""
 
     grid: OccupancyGrid
     cells: tuple[NDArray[np.float64], NDArray[np.float64]]
-    distance: tuple[NDArray[np.float32], NDArray[np.float32]]
+    distances: NDArray[np.int16]
 
     @property
     def middle(self) -> NDArray[np.float64]:
@@ -83,7 +83,7 @@ class RandomWalk:
         masks = grid.free, grid.occupied
         cells = [centres(mask) for mask in masks]
         kept = [c[np.linspace(0, len(c) - 1, min(len(c), self.cells)).astype(np.intp)] for c in cells]
-        return Valued(grid, (kept[0], kept[1]), (manhattan(masks[0]), manhattan(masks[1])))
+        return Valued(grid, (kept[0], kept[1]), np.stack([manhattan(mask) for mask in masks], axis=-1))
 
     def propose(
         self, target: Valued, source: Valued, scale: ScaleRange, rng: np.random.Generator
@@ -125,63 +125,55 @@ class RandomWalk:
         """Delta (K,) of the source at each pose (K, 3), in cells of the target."""
         there = matrices(poses, source.middle, size)
         back = inverses(there)
-        psi, agree, disagree = np.zeros(len(poses)), np.zeros(len(poses)), np.zeros(len(poses))
+        psi, lock = np.zeros(len(poses)), np.zeros(len(poses))
         for value in (0, 1):
-            psi += mean_distances(target.distance[value], source.cells[value], there)  # d(m2, m1, c)
-            psi += size * mean_distances(source.distance[value], target.cells[value], back)  # d(m1, m2, c)
-            agree += shares(target.distance[value], source.cells[value], there)
-            disagree += shares(target.distance[1 - value], source.cells[value], there)
-        return psi + self.lock_cells * (disagree - agree) / 2.0
+            on_target, agree, disagree = laid(target.distances, value, source.cells[value], there)
+            on_source, _, _ = laid(source.distances, value, target.cells[value], back)
+            psi += on_target + size * on_source  # d(m2, m1, c) + d(m1, m2, c)
+            lock += disagree - agree
+        return psi + self.lock_cells * lock / 2.0
 
 
-def manhattan(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+def manhattan(mask: NDArray[np.bool_]) -> NDArray[np.int16]:
     """Manhattan distance of each cell (rows, cols) to the nearest set one: the d-map, algorithm 1 of Birk and Carpin
     2006, by OpenCV's two passes. Without a set cell it is the longest way there could be."""
+    longest = min(sum(mask.shape), np.iinfo(np.int16).max)
     if not mask.any():
-        return np.full(mask.shape, float(sum(mask.shape)), np.float32)
-    return cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L1, 3).astype(np.float32)
+        return np.full(mask.shape, longest, np.int16)
+    distance = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L1, 3)
+    return np.minimum(distance, longest).astype(np.int16)
 
 
 @njit(cache=True)
-def _cell(matrix: NDArray[np.float64], point: NDArray[np.float64]) -> tuple[int, int]:
-    x = matrix[0, 0] * point[0] + matrix[0, 1] * point[1] + matrix[0, 2]
-    y = matrix[1, 0] * point[0] + matrix[1, 1] * point[1] + matrix[1, 2]
-    return math.floor(y), math.floor(x)
+def laid(
+    distances: NDArray[np.int16], value: int, points: NDArray[np.float64], matrices: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Points (N, 2), moved by each of the matrices (K, 2, 3), on a map of distances (rows, cols, 2).
 
-
-@njit(cache=True)
-def mean_distances(
-    distance: NDArray[np.float32], points: NDArray[np.float64], matrices: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Mean distance (K,) of points (N, 2), moved by each of the matrices (K, 2, 3), to the nearest cell of the value.
-
-    Beyond the raster the way to its border is added, which is exact for Manhattan distances.
+    Their mean distance (K,) to the nearest cell of the value, and the shares (K,) that fall on cells of the value and
+    of the other one. Beyond the raster the way to its border is added, which is exact for Manhattan distances. No
+    branch depends on where a point falls, which would cost more than all the rest.
     """
-    rows, cols = distance.shape
-    means = np.zeros(len(matrices))
+    rows, cols = distances.shape[0], distances.shape[1]
+    number = len(points)
+    means, agree, disagree = np.zeros(len(matrices)), np.zeros(len(matrices)), np.zeros(len(matrices))
+    row_of, col_of = np.empty(number, np.int32), np.empty(number, np.int32)
     for k in range(len(matrices)):
-        for i in range(len(points)):
-            row, col = _cell(matrices[k], points[i])
-            inner_col, inner_row = min(max(col, 0), cols - 1), min(max(row, 0), rows - 1)
-            means[k] += distance[inner_row, inner_col] + abs(col - inner_col) + abs(row - inner_row)
-        means[k] /= len(points)
-    return means
-
-
-@njit(cache=True)
-def shares(
-    distance: NDArray[np.float32], points: NDArray[np.float64], matrices: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Share (K,) of the points (N, 2), moved by each of the matrices (K, 2, 3), that fall on cells of the value."""
-    rows, cols = distance.shape
-    found = np.zeros(len(matrices))
-    for k in range(len(matrices)):
-        for i in range(len(points)):
-            row, col = _cell(matrices[k], points[i])
-            if 0 <= col < cols and 0 <= row < rows and distance[row, col] == 0.0:
-                found[k] += 1.0
-        found[k] /= len(points)
-    return found
+        m = matrices[k]
+        for i in range(number):
+            x, y = points[i, 0], points[i, 1]
+            col_of[i] = math.floor(m[0, 0] * x + m[0, 1] * y + m[0, 2])
+            row_of[i] = math.floor(m[1, 0] * x + m[1, 1] * y + m[1, 2])
+        away, same, other = 0, 0, 0
+        for i in range(number):
+            row, col = min(max(row_of[i], 0), rows - 1), min(max(col_of[i], 0), cols - 1)
+            beyond = abs(row_of[i] - row) + abs(col_of[i] - col)
+            distance = distances[row, col, value] + beyond
+            away += distance
+            same += distance == 0
+            other += distances[row, col, 1 - value] + beyond == 0
+        means[k], agree[k], disagree[k] = away / number, same / number, other / number
+    return means, agree, disagree
 
 
 LEAST_STEP = np.array([0.4, 0.4, 0.003])

@@ -5,7 +5,7 @@ import pytest
 
 from mapping.similarity2 import Similarity2
 from merge.baselines.poses import inverses, matrices
-from merge.baselines.random_walk import RandomWalk, _steps, manhattan, mean_distances, shares
+from merge.baselines.random_walk import RandomWalk, _steps, laid, manhattan
 from merge.scale_range import ScaleRange
 from tests.merge.baselines.crisp import blank, crisp_pair, off_share
 
@@ -28,13 +28,16 @@ def test_the_distance_map_by_brute_force(mask):
 def test_distances_of_moved_points_within_and_beyond_the_raster(mask):
     points = np.random.default_rng(1).uniform(0.0, 10.0, (15, 2))
     moves = [Similarity2(), Similarity2(-30.0, 4.0, 1.0), Similarity2(15.0, 40.0, -2.0, 1.7)]
-    fast = mean_distances(manhattan(mask), points, np.array([move.matrix() for move in moves]))
-    hits = shares(manhattan(mask), points, np.array([move.matrix() for move in moves]))
-    for k, move in enumerate(moves):
-        cells = np.floor(move.apply(points)).astype(int)
-        slow = [nearest(mask, row, col) for col, row in cells]
-        assert fast[k] == pytest.approx(np.mean(slow))
-        assert hits[k] == pytest.approx(np.mean(np.equal(slow, 0)))
+    distances = np.stack((manhattan(mask), manhattan(~mask)), axis=-1)
+    for value, cells_of_value in enumerate((mask, ~mask)):
+        means, agree, disagree = laid(distances, value, points, np.array([move.matrix() for move in moves]))
+        for k, move in enumerate(moves):
+            cells = np.floor(move.apply(points)).astype(int)
+            slow = [nearest(cells_of_value, row, col) for col, row in cells]
+            other = [nearest(~cells_of_value, row, col) for col, row in cells]
+            assert means[k] == pytest.approx(np.mean(slow))
+            assert agree[k] == pytest.approx(np.mean(np.equal(slow, 0)))
+            assert disagree[k] == pytest.approx(np.mean(np.equal(other, 0)))
 
 
 def test_poses_put_the_middle_where_they_say_and_are_undone_by_their_inverses():
