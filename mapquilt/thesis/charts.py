@@ -21,6 +21,8 @@ DPI = 110
 COLOURS = {PLAIN: ROBOTS[0], CORRECTED: ROBOTS[1], "sift": ROBOTS[5], "morphology": ROBOTS[4], "quilt": ROBOTS[2]}
 """Of the methods that are plotted."""
 WRONG = "#c1121f"
+LEAST_INDEX = 0.84
+"""Of the plot of indices; what lies below is drawn on its edge."""
 
 
 def right_figure(counted: Sequence[CaseTally]) -> Figure:
@@ -81,20 +83,24 @@ def index_figure(study: Study) -> Figure:
         for method, shift in ((PLAIN, -0.22), (CORRECTED, 0.0)):
             for right, marker, colour in ((True, "o", COLOURS[method]), (False, "x", WRONG)):
                 chosen = [a for a in study.answers if (a.case, a.method, a.right) == (case.name, method, right)]
-                values = [a.index for a in chosen if a.index is not None]
+                values = np.array([a.index for a in chosen if a.index is not None])
                 x = place + shift + 0.14 * ((np.arange(len(values)) + 0.5) / max(len(values), 1) - 0.5)
-                axes.plot(x, values, marker, ms=3.6, color=colour, mew=1.0, alpha=0.8)
+                shown = values >= LEAST_INDEX
+                axes.plot(x[shown], values[shown], marker, ms=3.6, color=colour, mew=1.0, alpha=0.8)
+                below = np.full(np.count_nonzero(~shown), LEAST_INDEX + 0.003)
+                axes.plot(x[~shown], below, "v", ms=3.6, color=colour, mew=1.0, alpha=0.8)
         true = {a.seed: a.true_index for a in study.answers if a.case == case.name and a.true_index is not None}
         axes.plot([place + 0.22] * len(true), list(true.values()), "_", ms=12, color=INK, mew=0.8)
     for method in (PLAIN, CORRECTED):
         axes.plot([], [], "o", ms=4, color=COLOURS[method], label=f"{method}, right")
     axes.plot([], [], "x", ms=4, color=WRONG, label="wrong")
+    axes.plot([], [], "v", ms=4, color=WRONG, label=f"wrong, below {LEAST_INDEX:g}")
     axes.plot([], [], "_", ms=12, color=INK, label="at the truth")
     axes.set_xticks(range(len(cases)), [case.name.replace(" and ", " + ") for case in cases], fontsize=8, color=INK)
-    axes.set(ylim=(0.78, 1.004), xlim=(-0.6, len(cases) - 0.4))
+    axes.set(ylim=(LEAST_INDEX, 1.004), xlim=(-0.6, len(cases) - 0.4))
     axes.set_ylabel("acceptance index", color=INK)
     axes.grid(axis="y", color="#e4e7eb", lw=0.7)
-    axes.legend(loc="lower left", ncols=4, fontsize=8, frameon=False)
+    figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False)
     title = "Acceptance index before and after the correction, on the original rasters"
     axes.set_title(title, loc="left", fontsize=10, color=INK)
     return figure

@@ -8,9 +8,10 @@ from pathlib import Path
 from mapping.atomic import write_files_aside
 from mapquilt.png import figure_png
 from mapquilt.thesis.cases import CASES, PLACES, Case
+from mapquilt.thesis.csv_tables import answers_csv, table_csv, timings_csv
 from mapquilt.thesis.make import Study, maps_file
 from mapquilt.thesis.map_store import read_maps
-from mapquilt.thesis.table import answers_csv, markdown, table_csv, timings_csv
+from mapquilt.thesis.table import markdown
 from mapquilt.thesis.tally import CaseTally
 
 TABLE_FILE = "table.md"

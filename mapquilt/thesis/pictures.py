@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,7 +50,8 @@ def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
         axes[0, column].imshow(picture(drawn.grid), origin="lower", interpolation="antialiased")
         rows, cols = drawn.grid.frame.shape
         _titled(axes[0, column], name, f"{cols} x {rows} cells of {drawn.grid.frame.resolution:g} m")
-        axes[1, column].imshow(found.correction.structure, cmap="gray", interpolation="antialiased")
+        structure = found.correction.structure
+        axes[1, column].imshow(visible(structure, max(structure.shape)), cmap="gray", interpolation="antialiased")
         told = f"L = {found.correction.half}, {len(found.corners)} corners"
         _titled(axes[1, column], "corrected", told)
     figure.suptitle(f"The {place}: maps of one seed, and what the correction makes of them", fontsize=11, color=INK)
@@ -84,7 +86,7 @@ def _told(answer: StudyAnswer | None) -> str:
     if answer is None:
         return "did not run"
     if answer.index is None or answer.true_index is None or answer.displacement_cells is None:
-        return "no answer" if answer.transform is None else "wrong: no cell in common"
+        return "no answer" if answer.transform is None else "wrong: the maps have no cell in common"
     outcome = "right" if answer.right else "wrong"
     indices = f"AI {answer.index:.3f}, at the truth {answer.true_index:.3f}"
     return f"{outcome}, off by {answer.displacement_cells:.1f} cells; {indices}"
@@ -105,7 +107,9 @@ def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) 
     corrected = corrected_maps(grids)
     ratio = grids[1].frame.resolution / grids[0].frame.resolution
     found: tuple[Settled, ...] = settled(corrected[0], corrected[1], SCALE.times(ratio))
-    structures = corrected[0].correction.structure, corrected[1].correction.structure
+    there, here = (each.correction.structure for each in corrected)
+    longest = max(*there.shape, *here.shape)
+    structures = visible(there, longest), visible(here, longest)
     if not found:
         nothing = np.empty((0, 2))
         draw_matches(axes, structures, (nothing, nothing), np.empty(0, dtype=bool))
@@ -154,12 +158,13 @@ def _near(
 
 def _draw_merged(axes: Axes, grids: Sequence[OccupancyGrid], place: Similarity2 | None) -> None:
     target, source = grids
-    frame = _around(target)
+    shown = None if place is None or not 0.02 < place.scale < 50.0 else place
+    frame = _around(target, source, shown)
     axes.set_facecolor("#d6d9dd")
     base = OccupancyGrid(frame, resampled(target, Similarity2.identity(), frame, 2))
     image = picture(base, _rgb(ROBOTS[0]))
-    if place is not None and 0.02 < place.scale < 50.0:
-        other = OccupancyGrid(frame, resampled(source, place, frame, 2))
+    if shown is not None:
+        other = OccupancyGrid(frame, resampled(source, shown, frame, 2))
         image[other.free & ~base.occupied] = 255
         image[other.occupied] = _rgb(ROBOTS[1])
         image[base.occupied] = _rgb(ROBOTS[0])
@@ -167,11 +172,27 @@ def _draw_merged(axes: Axes, grids: Sequence[OccupancyGrid], place: Similarity2 
     axes.imshow(image, origin="lower", interpolation="antialiased")
 
 
-def _around(grid: OccupancyGrid) -> GridFrame:
-    """The target's known part and a third of it on every side."""
-    frame = grid.cropped().frame
-    margin = round(0.3 * max(frame.shape))
-    return frame.window((-margin, -margin), (frame.shape[0] + 2 * margin, frame.shape[1] + 2 * margin))
+def _around(target: OccupancyGrid, source: OccupancyGrid, place: Similarity2 | None) -> GridFrame:
+    """What the target and the source placed on it know, and a little more; of a source that was put far away or blown
+    up no more than so much beyond the target."""
+    frame = target.cropped().frame
+    low, high = np.zeros(2), np.array(frame.shape, dtype=float)
+    beyond = 1.5 * max(frame.shape)
+    if place is not None:
+        cells = np.argwhere(source.known)[::7]
+        there = frame.cells_from_metres(place.apply(source.frame.metres_from_cells(cells)))
+        low = np.maximum(np.minimum(low, there.min(axis=0)), -beyond)
+        high = np.minimum(np.maximum(high, there.max(axis=0)), high + beyond)
+    margin = round(0.06 * float((high - low).max()))
+    first, last = np.floor(low).astype(int) - margin, np.ceil(high).astype(int) + margin
+    rows, cols = (last - first).tolist()
+    return frame.window((int(first[0]), int(first[1])), (rows, cols))
+
+
+def visible(structure: NDArray[np.uint8], longest: int) -> NDArray[np.uint8]:
+    """Lines of one pixel, made wide enough to be seen where pictures that are so long are shown smaller."""
+    width = 2 * (longest // 500) + 1
+    return cv2.dilate(structure, np.ones((width, width), np.uint8)).astype(np.uint8)
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:
@@ -182,6 +203,6 @@ def _rgb(colour: str) -> tuple[int, int, int]:
 def _titled(axes: Axes, name: str, details: str) -> None:
     axes.set_title(f"{name}\n", loc="left", fontsize=10, fontweight="bold", color=INK)
     axes.text(0.0, 1.015, details, transform=axes.transAxes, fontsize=8, color=INK)
-    axes.set(xticks=[], yticks=[])
+    axes.set(xticks=[], yticks=[], anchor="NW")
     for spine in axes.spines.values():
         spine.set_color("#d0d4d9")

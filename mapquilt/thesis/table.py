@@ -1,9 +1,7 @@
-"""The study as tables: to read, to compute with, and for the terminal."""
+"""The study as tables, to read and for the terminal."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 
 from rich.table import Table
@@ -31,8 +29,12 @@ def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
         "## Where the correction helps, and where not",
         remarks(counted),
         "## Every method",
-        "`as published` a method decides for itself; the others go through the common judge. Errors are medians of the "
-        "right answers; seconds are medians of the processor time of a pair (of all three maps in the last case).",
+        "Right, %, and in brackets how many of the other answers were accepted. `as published` a method decides for "
+        "itself; the others go through the common judge.",
+        overview(study.spec.methods, counted),
+        "## Every method, case by case",
+        "Errors are medians of the right answers, of the three robots together the greatest of any two; seconds are "
+        "medians of the processor time of a pair, or of all that the three take.",
         *(_of_case(case, counted) for case in CASES),
     ]
     return "\n\n".join(parts) + "\n"
@@ -73,6 +75,19 @@ def remarks(counted: Sequence[CaseTally]) -> str:
     pairs = [found for case in CASES if (found := compared(counted, case.name)) is not None]
     told = [f"- {remark(plain, corrected)}" for plain, corrected in pairs]
     return "\n".join(told) if told else f"`{PLAIN}` or `{CORRECTED}` did not run."
+
+
+def overview(methods: Sequence[str], counted: Sequence[CaseTally]) -> str:
+    """A line a method, a column a case: per cent right, and wrong accepts where there are any."""
+    by_place = {(one.case.name, one.method): one for one in counted}
+    head = ("method", *(case.name for case in CASES))
+    rows = [(method, *(_at_a_glance(by_place[case.name, method]) for case in CASES)) for method in methods]
+    return _rows([head, *rows])
+
+
+def _at_a_glance(one: CaseTally) -> str:
+    wrong = f" ({one.wrong_accepts})" if one.wrong_accepts else ""
+    return f"{100 * one.right.value:.0f}{wrong}"
 
 
 HEAD = ("method", "right %", "right and accepted %", "wrong accepts", "deg", "%", "cells", "AI", "AI at the truth", "s")
@@ -133,63 +148,3 @@ def terminal_table(counted: Sequence[CaseTally]) -> Table:
 
 def _percent(share: float | None) -> str:
     return MISSING if share is None else f"{100 * share:.0f} %"
-
-
-COLUMNS = (
-    *("case", "differs_by", "method", "overlap", "runs", "right", "right_low", "right_high", "right_and_accepted"),
-    *("accepted_low", "accepted_high", "wrong_accepts", "rotation_deg", "scale_percent", "displacement_cells"),
-    *("index", "true_index", "thesis_right", "thesis_runs", "thesis_index", "thesis_true_index"),
-)
-
-
-def table_csv(counted: Sequence[CaseTally]) -> str:
-    """A row a case and method; what does not apply is left empty. No times: the same call gives the same."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for one in counted:
-        right, accepted = one.right, one.right_and_accepted
-        writer.writerow(
-            (
-                *(one.case.name, one.case.differs, one.method, one.overlap, right.of),
-                *(right.count, right.interval.low, right.interval.high),
-                *(accepted.count, accepted.interval.low, accepted.interval.high, one.wrong_accepts),
-                *(one.rotation_deg, one.scale_percent, one.displacement_cells, one.index, one.true_index),
-                *_measured(one),
-            )
-        )
-    return text.getvalue()
-
-
-def _measured(one: CaseTally) -> tuple[float | None, ...]:
-    measured = one.case.measured
-    if measured is None or one.method not in (PLAIN, CORRECTED):
-        return (None, None, None, None if measured is None else measured.true_index)
-    if one.method == PLAIN:
-        return (measured.plain, measured.plain_runs, measured.plain_index, measured.true_index)
-    runs = None if measured.corrected is None else measured.corrected_runs
-    return (measured.corrected, runs, None, measured.true_index)
-
-
-def answers_csv(study: Study) -> str:
-    """A row an answer."""
-    text = io.StringIO()
-    columns = ["case", "seed", "method", "right", "accepted", "confidence", "rotation_deg", "scale_percent"]
-    columns += ["displacement_cells", "index", "true_index", "x", "y", "yaw", "scale"]
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    for answer in study.answers:
-        record = answer.record()
-        place = record.pop("transform")
-        writer.writerow(record | ({} if place is None else dict(zip(("x", "y", "yaw", "scale"), place, strict=True))))
-    return text.getvalue()
-
-
-def timings_csv(study: Study) -> str:
-    """The processor seconds of each answer."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("case", "seed", "method", "seconds"))
-    for answer, seconds in zip(study.answers, study.seconds, strict=True):
-        writer.writerow((answer.case, answer.seed, answer.method, f"{seconds:.4f}"))
-    return text.getvalue()

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from statistics import median
 
 from mapquilt.benchmark.intervals import Share
+from mapquilt.score import THESIS
+from mapquilt.thesis.answers import StudyAnswer
 from mapquilt.thesis.cases import CASES, Case
 from mapquilt.thesis.make import Study
 
@@ -15,7 +17,10 @@ from mapquilt.thesis.make import Study
 class CaseTally:
     """Of one case and method: the median true overlap of the two maps, as a share of the smaller; share right, share
     right and accepted, accepted though wrong; median errors of the right answers; median acceptance index at the
-    answers and at the truth; median seconds. None where nothing is to be counted."""
+    answers and at the truth; median seconds. None where nothing is to be counted.
+
+    Of the answers that are not right, ``nearly`` counts those within three times the bounds, and ``collapsed`` those
+    that are less than half as large as they should be."""
 
     case: Case
     method: str
@@ -29,6 +34,12 @@ class CaseTally:
     index: float | None
     true_index: float | None
     seconds: float
+    nearly: int = 0
+    collapsed: int = 0
+
+
+NEARLY = 3.0
+COLLAPSED = 0.5
 
 
 def tallies(study: Study, overlaps: Mapping[str, float]) -> list[CaseTally]:
@@ -54,7 +65,20 @@ def _tally(study: Study, case: Case, method: str, overlap: float | None) -> Case
         _median([answer.index for answer in answers]),
         _median([answer.true_index for answer in answers]),
         median(seconds for _, seconds in chosen),
+        sum(_is_nearly_right(answer) for answer in answers),
+        sum(
+            not answer.right and answer.transform is not None and answer.transform[3] < COLLAPSED for answer in answers
+        ),
     )
+
+
+def _is_nearly_right(answer: StudyAnswer) -> bool:
+    bounds = (
+        (answer.rotation_deg, THESIS.rotation_deg),
+        (answer.scale_percent, THESIS.scale_percent),
+        (answer.displacement_cells, THESIS.displacement_cells),
+    )
+    return not answer.right and all(error is not None and error <= NEARLY * most for error, most in bounds)
 
 
 def _median(values: list[float | None]) -> float | None:

@@ -38,25 +38,32 @@ def _why(plain: CaseTally, corrected: CaseTally) -> str:
     most = plain.right.of
     if max(plain.right.count, corrected.right.count) <= OF_LITTLE_USE * most:
         return _both_fail(corrected)
-    if corrected.right.count > plain.right.count:
-        return (
-            f"Corners outlast what changes the descriptors, and ICP settles what they leave{_errors(plain, corrected)}."
-        )
-    if plain.right.count == corrected.right.count:
-        gained = f"what the correction gains is in the error{_errors(plain, corrected)}"
-        return f"SIFT finds enough on maps this clean; {gained}."
-    return (
-        "SIFT's descriptors see the greys about a wall, free on one side and unknown on the other, which the "
-        "binarisation throws away; corners look alike, and the greatest index need not be the right quarter turn's"
-        f"{_errors(plain, corrected)}."
+    errors = _errors(plain, corrected)
+    if corrected.case.team:
+        return f"One wrong pair spoils the chain through the third robot's map{errors}."
+    if plain.right.count == corrected.right.count == most:
+        return f"SIFT finds enough on maps this clean; what the correction gains is in the error{errors}."
+    missed = [_missed(name, one) for name, one in (("SIFT", plain), ("The correction", corrected))]
+    return f"{'. '.join(told for told in missed if told)}. Of the right answers the error differs{errors}."
+
+
+def _missed(name: str, one: CaseTally) -> str:
+    """What became of the answers that are not right; empty where all are."""
+    rest = one.right.of - one.right.count - one.nearly - one.collapsed
+    kinds = (
+        (one.nearly, "at the right place, but not exactly enough"),
+        (one.collapsed, "shrunk to less than half, where everything is an inlier"),
+        (rest, "elsewhere"),
     )
+    told = [f"{count} {kind}" for count, kind in kinds if count]
+    return f"{name} puts {', '.join(told)}" if told else ""
 
 
 def _both_fail(corrected: CaseTally) -> str:
     if corrected.overlap is not None and corrected.overlap < LITTLE_OVERLAP:
         common = f"The maps have {100 * corrected.overlap:.0f} % in common, and their wings look alike"
     elif corrected.case.team:
-        common = "One wrong pair is enough to spoil the three"
+        common = "One wrong pair spoils the chain through the third robot's map"
     else:
         common = "The noise leaves no wall to find a corner on"
     return f"{common}.{_index_told(corrected)}"
