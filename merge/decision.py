@@ -46,7 +46,7 @@ class DecisionSettings:
     threshold: float = 0.0
     enough_lead: float = 0.25
     enough_contradiction: float = 0.03
-    min_matched_walls_cells: float = 80.0
+    min_matched_walls_cells: float = 50.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
     min_agreement: float = 0.4
