@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
 from merge.consistency import Group, predicted
+from merge.descent import LINE_SHARE
 from merge.edge import Edge
 from merge.laying import add_equations, add_equations_back
 from merge.pose_graph import averaged
-from merge.refinement import LINE_SHARE
 from merge.walls import compare_walls, thinned, tolerance_cells
 from merge.witness import on_charts
 
