@@ -56,6 +56,10 @@ class Case:
     measured: Measured | None = None
 
     @property
+    def title(self) -> str:
+        return self.name if self.differs == self.name else f"{self.name}: {self.differs}"
+
+    @property
     def team(self) -> bool:
         return len(self.maps) > 2
 

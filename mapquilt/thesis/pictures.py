@@ -73,7 +73,7 @@ def case_figure(case: Case, maps: Mapping[str, DrawnMap], study: Study, seed: in
         place = None if answer is None or answer.transform is None else Similarity2(*answer.transform)
         _draw_merged(axes[row, 1], grids, place)
         _titled(axes[row, 1], method, _told(answer))
-    figure.suptitle(f"{case.name} ({case.differs}), seed {seed}", fontsize=12, color=INK, fontweight="bold")
+    figure.suptitle(f"{case.title}; seed {seed}", fontsize=12, color=INK, fontweight="bold")
     return figure
 
 

@@ -95,7 +95,7 @@ HEAD = ("method", "right %", "right and accepted %", "wrong accepts", "deg", "%"
 
 def _of_case(case: Case, counted: Sequence[CaseTally]) -> str:
     rows = [HEAD] + [_row(one) for one in counted if one.case.name == case.name]
-    return f"### {case.name}: {case.differs}\n\n" + _rows(rows)
+    return f"### {case.title}\n\n" + _rows(rows)
 
 
 def _row(one: CaseTally) -> tuple[str, ...]:

@@ -43,7 +43,7 @@ def _why(plain: CaseTally, corrected: CaseTally) -> str:
         return f"One wrong pair spoils the chain through the third robot's map{errors}."
     if plain.right.count == corrected.right.count == most:
         return f"SIFT finds enough on maps this clean; what the correction gains is in the error{errors}."
-    missed = [_missed(name, one) for name, one in (("SIFT", plain), ("The correction", corrected))]
+    missed = [_missed(name, one) for name, one in (("SIFT", plain), ("the correction", corrected))]
     return f"{'. '.join(told for told in missed if told)}. Of the right answers the error differs{errors}."
 
 
@@ -51,12 +51,12 @@ def _missed(name: str, one: CaseTally) -> str:
     """What became of the answers that are not right; empty where all are."""
     rest = one.right.of - one.right.count - one.nearly - one.collapsed
     kinds = (
-        (one.nearly, "at the right place, but not exactly enough"),
+        (one.nearly, "at the right place but not exactly enough"),
         (one.collapsed, "shrunk to less than half, where everything is an inlier"),
         (rest, "elsewhere"),
     )
     told = [f"{count} {kind}" for count, kind in kinds if count]
-    return f"{name} puts {', '.join(told)}" if told else ""
+    return f"Wrong answers of {name}: {', '.join(told)}" if told else ""
 
 
 def _both_fail(corrected: CaseTally) -> str:

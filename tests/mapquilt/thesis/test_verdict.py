@@ -38,9 +38,9 @@ def test_who_is_ahead(plain, corrected, told):
 
 def test_a_remark_names_counts_and_what_became_of_the_rest():
     told = remark(tally(5, nearly=9, collapsed=2), tally(20))
-    assert "(20 against 5 of 20). SIFT puts 9 at the right place, but not exactly enough, 2 shrunk" in told
+    assert "(20 against 5 of 20). Wrong answers of SIFT: 9 at the right place but not exactly enough, 2 shrunk" in told
     assert told.endswith("inlier, 4 elsewhere. Of the right answers the error differs (median 1.5 cells against 1.5).")
-    assert "The correction puts 17 elsewhere" in remark(tally(20), tally(3))
+    assert "Wrong answers of the correction: 17 elsewhere" in remark(tally(20), tally(3))
     assert "SIFT finds enough on maps this clean" in remark(tally(20), tally(20))
     assert "in common, and their wings look alike" in remark(tally(0, overlap=0.04), tally(1, overlap=0.04))
     assert "The noise leaves no wall" in remark(tally(0), tally(0))
