@@ -42,9 +42,9 @@ class DecisionSettings:
     above 1.
     """
 
-    lead: float = 27.0
-    contradiction: float = 130.0
-    threshold: float = 0.0
+    lead: float = 24.75
+    contradiction: float = 134.4
+    threshold: float = -0.9
     enough_lead: float = 0.25
     enough_contradiction: float = 0.03
     min_matched_walls_cells: float = 50.0
