@@ -13,8 +13,9 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
 from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
-from merge.matching import OTHER_SCALE
+from merge.matching import OTHER_SCALE, PairTask, _at_another_scale
 from merge.pair import NOTHING_PROPOSED
+from merge.sheets import Shelf
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 QUILT = MergeSettings(method="quilt")
@@ -125,6 +126,13 @@ def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(know
     assert pair.accepted
     assert pair.target_from_source.scale == pytest.approx(2.0)
     np.testing.assert_allclose(pair.target_from_source_pixels, before.target_from_source_pixels, atol=1e-6)
+
+
+def test_what_fits_at_the_scale_that_is_stated_fits_at_no_other(known):
+    maps, _, result = known
+    assert result.pairs[0].accepted
+    task = PairTask.of(maps, 0, 1, ScaleRange.known(), QUILT, 0)
+    assert _at_another_scale(task, task.sheets(Shelf(), task.methods)) is None
 
 
 def test_maps_that_fit_only_at_another_scale_than_they_state_are_refused_and_say_so(known):
