@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mapping.map_set import MapSet
 from mapping.se2 import wrap_angle
 from mapping.similarity2 import Similarity2
+from merge.motions import Motions
 from merge.result import PairResult
 from merge.sheets import Method, Shelf, metres_from_chart
 
@@ -71,6 +72,37 @@ class Edge:
         arm = -np.array([self.target_from_source.x, self.target_from_source.y])
         moved = moved @ about(arm)
         return Edge(self.source, self.target, back, moved @ self.covariance @ moved.T, self.weight)
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeTable:
+    """Edges in arrays: indices (E,), motions (E,), covariances (E, 4, 4) and weights (E,)."""
+
+    targets: NDArray[np.intp]
+    sources: NDArray[np.intp]
+    found: Motions
+    covariances: NDArray[np.float64]
+    weights: NDArray[np.float64]
+
+    @staticmethod
+    def of(edges: Sequence[Edge]) -> EdgeTable:
+        return EdgeTable(
+            np.array([edge.target for edge in edges], np.intp),
+            np.array([edge.source for edge in edges], np.intp),
+            Motions.of(edge.target_from_source for edge in edges),
+            np.array([edge.covariance for edge in edges], np.float64).reshape(-1, 4, 4),
+            np.array([edge.weight for edge in edges], np.float64),
+        )
+
+    def misfits(
+        self, predicted: Motions, fixed_scale: bool, slack: NDArray[np.float64] | float = 0.0
+    ) -> NDArray[np.float64]:
+        """By how much each differs from what others predict: the square (..., E) of the difference, by its covariance
+        and that of the prediction, ``slack`` (..., E, 4, 4)."""
+        unknowns = 3 if fixed_scale else 4
+        off = predicted.minus(self.found)[..., :unknowns, None]
+        covariances = (self.covariances + slack)[..., :unknowns, :unknowns]
+        return np.asarray((off * np.linalg.solve(covariances, off)).sum(axis=(-2, -1)))
 
 
 def edge_of(pair: PairResult, indices: tuple[int, int], grounds: Sequence[Ground]) -> Edge:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
-from merge.consistency import Group, predicted
 from merge.edge import Edge
+from merge.group import Group, predicted
 from merge.laying import add_equations, add_equations_back
 from merge.pose_graph import averaged
 from merge.refinement import LINE_SHARE

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
-from merge.consistency import Group, agrees, consistent, predicted, settled
+from merge.consistency import consistent
 from merge.edge import Edge, Ground
+from merge.group import Group, agrees, predicted, settled
 from merge.joint import joint
 from merge.matching import PairTask, canonical, match, run_tasks
 from merge.prior import CONTRADICTS_PRIOR, Expected, expected_places

@@ -49,10 +49,16 @@ class Witness:
     def __call__(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if target > source:
             target, source, target_from_source = source, target, target_from_source.inverse()
-        key = target, source, target_from_source
+        key = target, source, self._rounded(source, target_from_source)
         if key not in self._heard:
             self._heard[key] = self._told(*key)
         return self._heard[key]
+
+    def _rounded(self, source: int, place: Similarity2) -> Similarity2:
+        """By a quarter of a cell at most: what hardly moves need not be heard again."""
+        turn = 1.0 / self._grounds[source].diagonal
+        scale = math.exp(turn * round(math.log(place.scale) / turn))
+        return Similarity2(round(2.0 * place.x) / 2.0, round(2.0 * place.y) / 2.0, turn * round(place.yaw / turn), scale)
 
     def _told(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if not self.may_meet(target, source, target_from_source):

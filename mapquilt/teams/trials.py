@@ -12,8 +12,9 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from mapping.similarity2 import Similarity2
 from mapquilt.teams.drawn_team import DrawnSettings, DrawnTeam, draw_team
 from mapquilt.teams.injection import inject
-from merge.consistency import Group, consistent
+from merge.consistency import consistent
 from merge.edge import Ground, edge_of
+from merge.group import Group
 from merge.result import MergeResult, PairResult
 from merge.sheets import Shelf
 from merge.witness import Witness

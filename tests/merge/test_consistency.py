@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.similarity2 import Similarity2
-from merge.consistency import consistent, predicted, score
+from merge.consistency import consistent
 from merge.edge import Edge
+from merge.group import predicted
+from merge.mending import score
 from tests.merge.rooms import random_similarity
 
 DEVIATIONS = np.array([1.0, 1.0, 0.01, 0.01])

@@ -5,7 +5,8 @@ import pytest
 
 from mapping.similarity2 import Similarity2
 from merge.edge import Edge, Ground, edge_of
-from merge.pose_graph import averaged, packed, slope, unpacked
+from merge.motions import Motions
+from merge.pose_graph import averaged, packed, slopes, unpacked
 from merge.result import PairResult
 
 GROUNDS = (
@@ -26,7 +27,8 @@ def test_slopes_are_those_of_finite_differences():
     at[[3, 7]] = np.log(at[[3, 7]])
     steps = np.eye(8) * 1e-6
     expected = np.stack([(told(at + s) - told(at - s)) / 2e-6 for s in steps], axis=-1)
-    np.testing.assert_allclose(slope(target, source), expected, atol=1e-6)
+    found = slopes(Motions.of([source, target]), Motions.of([target, source]))[1]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("unknowns", [3, 4])

@@ -15,7 +15,7 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, merge_maps
-from merge.consistency import Group
+from merge.group import Group
 from merge.joint import agreement, joint
 from merge.prior import CONTRADICTS_PRIOR, Prior
 from merge.promise import partners
