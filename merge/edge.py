@@ -14,7 +14,7 @@ from mapping.se2 import wrap_angle
 from mapping.similarity2 import Similarity2
 from merge.motions import Motions
 from merge.result import PairResult
-from merge.sheets import Method, Shelf, metres_from_chart
+from merge.sheets import Shelf, metres_from_chart
 
 FLOOR_SHARE = 0.01
 """By how much two right answers may differ though nothing shows it, as a share of the smaller map's diagonal: each fits
@@ -40,11 +40,11 @@ class Ground:
     area: int
 
     @staticmethod
-    def all(maps: MapSet, shelf: Shelf, methods: Sequence[Method] = ()) -> tuple[Ground, ...]:
-        """Of every map of a team. ``methods`` are those whose sheets the shelf already has."""
+    def all(maps: MapSet, shelf: Shelf) -> tuple[Ground, ...]:
+        """Of every map of a team."""
         found = []
         for grid in maps.grids:
-            chart = shelf.sheet(grid, methods).chart
+            chart = shelf.chart(grid)
             middle = Similarity2(float(chart.middle[0]), float(chart.middle[1]))
             placed = metres_from_chart(grid.frame, chart) @ middle
             found.append(Ground(placed, max(1.0, chart.diagonal), int(np.count_nonzero(chart.grid.known))))

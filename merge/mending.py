@@ -108,7 +108,8 @@ def _shifts(group: Group, inside: Sequence[Edge], place: Place, fixed_scale: boo
                 gain = join.support + heard(first, second, join, place) - held
                 found.append((gain, first, second, join))
     found.sort(key=lambda each: -each[0])
-    return [joined(*way, fixed_scale) for gain, *way in found[:MOST_TRIED] if gain > WORST_GAIN]
+    found = [way for way in found[:MOST_TRIED] if way[0] > WORST_GAIN]
+    return [joined(first, second, join, fixed_scale) for _, first, second, join in found]
 
 
 def _parts(group: Group) -> list[frozenset[int]]:

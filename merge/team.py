@@ -18,7 +18,7 @@ from merge.group import Group, agrees, predicted, settled
 from merge.joint import joint
 from merge.matching import PairTask, canonical, match, run_tasks
 from merge.prior import CONTRADICTS_PRIOR, Expected, expected_places
-from merge.promise import PARTNERS, Pair, apart, partners, promise
+from merge.promise import PARTNERS, Pair, apart, in_blocks, in_order, partners, promises
 from merge.recovery import AGAINST_TEAM, NO_OVERLAP, NOT_PROMISING, NearTask, edge, match_near, not_tried, refused, won
 from merge.result import PairResult
 from merge.scale_range import ScaleRange
@@ -67,9 +67,8 @@ class Team:
     def solve(self) -> list[Group]:
         """Match pairs, group the maps, and refine; ``answers`` then has the verdict of each pair."""
         self._match_pairs()
-        methods = self.task((0, 1)).methods if len(self.maps) > 1 else ()
-        self.grounds = Ground.all(self.maps, self.shelf, methods)
-        self.witness = Witness(self.maps, self.grounds, self.shelf, methods)
+        self.grounds = Ground.all(self.maps, self.shelf)
+        self.witness = Witness(self.maps, self.grounds, self.shelf)
         groups = self._groups()
         for _ in range(ROUNDS - 1):
             chosen = self._more_pairs(groups)
@@ -123,12 +122,15 @@ class Team:
 
     def _promised(self, pairs: Sequence[Pair]) -> NDArray[np.float64]:
         found = np.zeros((len(self.maps), len(self.maps)))
-        tasks = [self.task(pair) for pair in pairs]
-        for pair, value in zip(pairs, self._run(promise, tasks), strict=True):
-            found[pair] = found[pair[::-1]] = value
+        blocks = in_blocks(pairs)
+        tasks = [tuple(map(self.task, block)) for block in blocks]
+        for block, values in zip(blocks, self._run(promises, tasks), strict=True):
+            for pair, value in zip(block, values, strict=True):
+                found[pair] = found[pair[::-1]] = value
         return found
 
     def _match(self, pairs: Sequence[Pair]) -> None:
+        pairs = in_order(pairs)
         for pair, answer in zip(pairs, self._run(match, [self.task(pair) for pair in pairs]), strict=True):
             self.answers[pair] = answer
         if self.expected:
