@@ -9,20 +9,23 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from itertools import count, islice
 from multiprocessing import get_context
 
 import numpy as np
 
 from mapping.map_set import MapSet
 from mapquilt.benchmark.intervals import Share
-from mapquilt.merge_options import workers_for
+from mapquilt.dataset.executor import process_pool
+from mapquilt.merge_options import PRELOADED, workers_for
 from mapquilt.progress import count_progress
 from mapquilt.tables import plain_table, print_table
 from mapquilt.teams.drawn_team import DrawnSettings, draw_team
 from mapquilt.teams.memory import peak_memory
-from mapquilt.teams.trials import chained, drawn, injection_trial, pose_errors
+from mapquilt.teams.trials import InjectionTrial, chained, drawn, injection_trial, pose_errors
 from merge.merger import merge_maps
 from worlds.families import make_world
 
@@ -46,21 +49,16 @@ def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
         ("team", True), ("world", False), ("maps", True), ("answers", True), ("wrong", True), ("believed", True),
         ("maps lost", True), ("right put aside", True),
     )  # fmt: skip
-    passed: list[bool] = []
-    seed, aside, answers = first, 0, 0
+    trials: list[InjectionTrial] = []
     with count_progress("teams") as on_progress:
-        while len(passed) < teams:
-            trial = injection_trial(seed, SHARE, draws)
-            seed += 1
-            if trial is None:
-                continue
-            passed.append(trial.passed)
-            aside, answers = aside + trial.right_aside, answers + trial.edges - trial.wrong
+        for seed, trial in _trials(teams, first, draws):
+            trials.append(trial)
             if not trial.passed:
-                row = (seed - 1, trial.world, trial.maps, trial.edges, trial.wrong, trial.wrong_kept, trial.maps_lost)
+                row = (seed, trial.world, trial.maps, trial.edges, trial.wrong, trial.wrong_kept, trial.maps_lost)
                 table.add_row(*map(str, (*row, trial.right_aside)))
-            on_progress(len(passed), teams)
-    share = Share.counted(passed)
+            on_progress(len(trials), teams)
+    aside, answers = sum(t.right_aside for t in trials), sum(t.edges - t.wrong for t in trials)
+    share = Share.counted([trial.passed for trial in trials])
     low, high = share.interval.low, share.interval.high
     table.caption = (
         f"{share.count} of {share.of} teams without a wrong answer and with every map "
@@ -68,6 +66,21 @@ def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
         f"{aside} of {answers} right answers put aside; the table has the teams that failed"
     )
     print_table(table)
+
+
+def _trials(teams: int, first: int, draws: int) -> Iterator[tuple[int, InjectionTrial]]:
+    """The trials of so many teams, in the order of their seeds."""
+    workers = os.cpu_count() or 1
+    seeds, found = count(first), 0
+    with process_pool(workers, PRELOADED) as pool:
+        running = deque((seed, pool.submit(injection_trial, seed, SHARE, draws)) for seed in islice(seeds, 2 * workers))
+        while found < teams:
+            seed, future = running.popleft()
+            trial, following = future.result(), next(seeds)
+            running.append((following, pool.submit(injection_trial, following, SHARE, draws)))
+            if trial is not None:
+                found += 1
+                yield seed, trial
 
 
 def bench_poses(teams: int = 12) -> None:
