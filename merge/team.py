@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from itertools import combinations
@@ -10,16 +11,19 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapping.similarity2 import Similarity2
 from merge.consistency import consistent
 from merge.edge import Edge, Ground
 from merge.group import Group, agrees, predicted, settled
+from merge.joining import Join, ends, joined
 from merge.joint import joint
 from merge.matching import PairTask, canonical, match, run_tasks
 from merge.prior import CONTRADICTS_PRIOR, Expected, expected_places
 from merge.promise import PARTNERS, Pair, apart, in_blocks, in_order, partners, promises
 from merge.recovery import AGAINST_TEAM, NO_OVERLAP, NOT_PROMISING, NearTask, edge, match_near, not_tried, refused, won
+from merge.regained import LEAST_AGREEING, agreeing_refusals, borne_out, quilt
 from merge.result import PairResult
 from merge.scale_range import ScaleRange
 from merge.settings import MergeSettings
@@ -76,7 +80,7 @@ class Team:
                 break
             self._match(chosen)
             groups = self._groups()
-        return [self._finished(group) for group in groups]
+        return self._regained([self._finished(group) for group in groups])
 
     def task(self, pair: Pair) -> PairTask:
         """A pair to match, its maps in the order in which they came."""
@@ -188,6 +192,81 @@ class Team:
             if len(edges) > len(group.edges)
             else group
         )
+
+    def _regained(self, groups: list[Group]) -> list[Group]:
+        """The groups, those joined that refused answers and all their maps together join."""
+        tried: set[tuple[frozenset[int], frozenset[int]]] = set()
+        while True:
+            for first, second in combinations(sorted(groups, key=lambda group: (-len(group.poses), group.root)), 2):
+                key = frozenset(first.poses), frozenset(second.poses)
+                if len(first.poses) == 1 or key in tried:
+                    continue
+                tried.add(key)
+                both = self._together(first, second)
+                if both is not None:
+                    groups = [*(group for group in groups if group not in (first, second)), self._finished(both)]
+                    break
+            else:
+                return sorted(groups, key=lambda group: group.root)
+
+    def _together(self, first: Group, second: Group) -> Group | None:
+        """Two groups as one, on refused answers that agree with one another and with their maps matched as one each."""
+        answers = [
+            self.answers[pair]
+            for pair in sorted((min(a, b), max(a, b)) for a in first.poses for b in second.poses)
+            if pair in self.answers
+        ]
+        ways = agreeing_refusals(first, second, answers, self.edge, self.scale.fixed)
+        if not ways:
+            return None
+        there, here = self._quilt(first), self._quilt(second)
+        found = self._run(match, [self._quilt_task(there, here)])[0]
+        if not found.accepted or found.target_from_source is None:
+            return None
+        place = first.poses[there[0]] @ self._local(found.target_from_source, there[0], here[0])
+        place = place @ second.poses[here[0]].inverse()
+        both = Group({**first.poses, **{index: place @ pose for index, pose in second.poses.items()}}, ())
+        for way in ways:
+            pairs = ends(borne_out(way, first, second, place, self.scale.fixed))
+            if len(pairs) >= LEAST_AGREEING and self._allowed(both, first, second):
+                edges = self._won(both, pairs, found.confidence)
+                return joined(first, second, Join(place, edges, 0.0), self.scale.fixed) if edges else None
+        return None
+
+    def _won(self, group: Group, pairs: Iterable[frozenset[int]], confidence: float) -> tuple[Edge, ...]:
+        """Refused pairs, told anew where the group puts them."""
+        ordered = sorted((min(pair), max(pair)) for pair in pairs)
+        tasks = [NearTask(task, self.metric(group, *task.names)) for task in map(self.task, ordered)]
+        edges = []
+        for pair, answer in zip(ordered, self._run(match_near, tasks), strict=True):
+            if answer.target_from_source is not None and self._as_predicted(answer, group):
+                told = dataclasses.replace(answer, accepted=True, reason=None, confidence=confidence)
+                self.answers[pair] = won(self.answers[pair], told, "team")
+                edges.append(self.edge(told))
+        return tuple(edges)
+
+    def _allowed(self, both: Group, first: Group, second: Group) -> bool:
+        """Whether no start pose speaks against two groups lying so."""
+        names = self.maps.names
+        pairs = ((names[a], names[b]) for a in first.poses for b in second.poses)
+        told = ((self.expected[pair], self.metric(both, *pair)) for pair in pairs if pair in self.expected)
+        return all(expected.allows(found) for expected, found in told)
+
+    def _quilt(self, group: Group) -> tuple[int, OccupancyGrid]:
+        """What a group has merged so far, in the frame of its largest map, and which that is."""
+        members = sorted(group.poses, key=lambda k: -self.grounds[k].area * group.poses[k].scale ** 2)
+        names = [self.maps.names[k] for k in members]
+        places = [self.metric(group, names[0], name) for name in names]
+        return members[0], quilt(zip(places, (self.maps.grids[k] for k in members), strict=True))
+
+    def _quilt_task(self, target: tuple[int, OccupancyGrid], source: tuple[int, OccupancyGrid]) -> PairTask:
+        units = self.maps.units[target[0]], self.maps.units[source[0]]
+        grids = target[1], source[1]
+        return PairTask(("merged", "merged"), grids, units, self.scale, self.settings, self.seed)
+
+    def _local(self, metric: Similarity2, target: int, source: int) -> Similarity2:
+        """target_from_source in local frames, from that in metres."""
+        return self.grounds[target].metres_from_local.inverse() @ metric @ self.grounds[source].metres_from_local
 
     def _as_predicted(self, answer: PairResult, group: Group) -> bool:
         found = self.edge(answer)
