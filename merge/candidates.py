@@ -6,15 +6,22 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
+from merge.descent import descend
 from merge.patches import fit_patches
 from merge.proposer import Proposal
 from merge.refinement import RefinementSettings, climb, refine
 from merge.rivals import rival_proposals
 from merge.scale_range import ScaleRange
-from merge.shortlist import apart, merged, smaller_diagonal
+from merge.shortlist import SAME_SHARE, apart, merged, smaller_diagonal
 from merge.walls import TOLERANCE_SHARES, Walls, compare_walls_sharply
+
+ROUGH_POINTS = 200
+ROUGH_GATE_SHARES = np.geomspace(0.08, 0.012, 8)
+"""How far apart walls may lie and still be one, as shares of the smaller map's diagonal: proposals lie that far off."""
 
 GLANCE_POINTS = 400
 CAREFUL_POINTS = 4000
@@ -59,7 +66,8 @@ class Candidate:
 def candidates(target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange) -> list[Candidate]:
     """Distinct answers, refined quickly, the one whose walls agree best first.
 
-    Proposals that say the same are counted and merged, and those that look best at a glance refined.
+    Proposals that say the same are counted and merged, moved to the walls nearby, and those that look best there
+    refined.
     """
     return _short_list(target, source, proposals, scale, SHORT_LIST)
 
@@ -88,9 +96,20 @@ def rivals(target: Chart, source: Chart, answer: Candidate, scale: ScaleRange) -
 def _short_list(
     target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange, most: int
 ) -> list[Candidate]:
-    rough = [_measured(target, source, p, GLANCE_POINTS) for p in merged(target, source, proposals)]
-    short_list = sorted(rough, key=lambda candidate: -candidate.walls.agreement)[:most]
+    rough = [_measured(target, source, p, GLANCE_POINTS) for p in _settled_roughly(target, source, proposals, scale)]
+    rough.sort(key=lambda candidate: -candidate.walls.agreement)
+    short_list = _one_a_place(target, source, rough, SAME_SHARE)[:most]
     return distinct(target, source, [_refined(target, source, c, scale, QUICK) for c in short_list])
+
+
+def _settled_roughly(target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange) -> list[Proposal]:
+    """Proposals that say the same merged, and each moved to the walls nearby: how well it fits there is seen only
+    then."""
+    different = merged(target, source, proposals)
+    starts = [p.target_from_source for p in different]
+    sizes = np.array([[smaller_diagonal(target, source, start.scale)] for start in starts])
+    ends = descend(target, source, starts, sizes * ROUGH_GATE_SHARES, scale, ROUGH_POINTS) if starts else []
+    return [dataclasses.replace(p, target_from_source=end) for p, end in zip(different, ends, strict=True)]
 
 
 def sharpest(found: Sequence[Candidate]) -> int:
@@ -111,9 +130,12 @@ def best_first(found: Sequence[Candidate]) -> list[Candidate]:
 
 def distinct(target: Chart, source: Chart, found: Sequence[Candidate]) -> list[Candidate]:
     """The best candidate of each place, best first; those that ended in the same place become its votes."""
-    ranked = best_first(found)
+    return _one_a_place(target, source, best_first(found), RIVAL_DISTANCE_SHARE)
+
+
+def _one_a_place(target: Chart, source: Chart, ranked: Sequence[Candidate], share: float) -> list[Candidate]:
     proposals = [dataclasses.replace(c.proposal, target_from_source=c.target_from_source) for c in ranked]
-    kept = merged(target, source, proposals, RIVAL_DISTANCE_SHARE)
+    kept = merged(target, source, proposals, share)
     by_place = {id(p.target_from_source): p for p in kept}
     return [
         dataclasses.replace(c, proposal=by_place[id(c.target_from_source)])

@@ -19,9 +19,6 @@ INEXACT = "the place is found, but too little structure in common to tell it exa
 
 MIN_CONFIDENCE = 0.6
 
-CRISP_SHARE = 0.007
-"""Maps that bear a tolerance of this share of the diagonal are not bent: walls in free space have no excuse there."""
-
 MISSING = 2.0
 """Log-odds against an answer that lacks what must be there."""
 
@@ -31,10 +28,10 @@ class DecisionSettings:
     """The constants of :func:`decide`; lengths in cells of the coarser map.
 
     - ``lead``, ``contradiction``, ``threshold``: the log-odds of the right place are ``lead`` times what the best rival
-      agrees less than the answer, less ``contradiction`` times the share of walls in free space times the overlap where
-      the maps are crisp, less ``threshold``; a lead above ``enough_lead`` says no more, or a poor answer would pass for
-      want of any other. Fitted to generated pairs by ``mapquilt calibrate``. (The agreement itself was fitted too, and
-      weighs nothing beside the lead.);
+      agrees less than the answer, less ``contradiction`` times the share of walls deep in free space times the overlap,
+      less ``threshold``; a lead above ``enough_lead`` says no more, or a poor answer would pass for want of any other,
+      and neither does a contradiction above ``enough_contradiction``, or no bent map would pass. Fitted to generated
+      pairs by ``mapquilt calibrate``. (The agreement itself was fitted too, and weighs nothing beside the lead.);
     - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
     - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
     - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
@@ -44,10 +41,11 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    lead: float = 34.95
-    contradiction: float = 45.4
-    threshold: float = 4.2
+    lead: float = 34.1
+    contradiction: float = 98.0
+    threshold: float = 2.8
     enough_lead: float = 0.25
+    enough_contradiction: float = 0.02
     min_matched_walls_cells: float = 80.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
@@ -99,9 +97,8 @@ def lead_of(evidence: Evidence) -> float:
 
 def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
     """What ``lead`` and, with a minus, ``contradiction`` weigh."""
-    crisp = evidence.tolerance_share <= CRISP_SHARE
-    contradiction = (evidence.walls_in_free or 0.0) * evidence.overlap if crisp else 0.0
-    return min(lead_of(evidence), settings.enough_lead), contradiction
+    contradiction = (evidence.walls_deep_in_free or 0.0) * evidence.overlap
+    return min(lead_of(evidence), settings.enough_lead), min(contradiction, settings.enough_contradiction)
 
 
 def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:

@@ -37,15 +37,17 @@ class Facing:
     - ``contradiction``: what the correlation takes for surface in the other's free space, per cell of length; maps
       that share little are found by contradicting one another little;
     - ``clear``: where wall directions correlate less than this, as in caves, no rotation is likelier than another, and
-      all are tried, more coarsely.
+      all are tried, more coarsely; walls that are turned too far yet to lie on one another contradict less there
+      (``coarse_contradiction``).
     """
 
     scale_step: float = 1.06
     across: int = 112
     peaks: int = 4
-    proposals: int = 400
+    proposals: int = 600
     contradiction: float = 0.7
-    clear: float = 0.6
+    coarse_contradiction: float = 0.35
+    clear: float = 0.75
 
     def describe(self, chart: Chart) -> FacingWalls:
         """The rasters to correlate, and the wall directions."""
@@ -55,16 +57,27 @@ class Facing:
         self, target: FacingWalls, source: FacingWalls, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
         """The highest peaks of the correlation, best first."""
-        likely = likely_yaws(target.directions, source.directions)
-        searches: list[tuple[float, Sequence[float], int]] = [(self.scale_step, likely, self.across)]
         if correlated(target.directions, source.directions).max() < self.clear:
-            searches.append((self.scale_step**2, ALL_ROUND, self.across // 2))
+            coarse, across = scales(scale, self.scale_step**2), self.across // 2
+            found = self._peaks(target, source, coarse, ALL_ROUND, across, self.coarse_contradiction)
+        else:
+            likely = likely_yaws(target.directions, source.directions)
+            found = self._peaks(target, source, scales(scale, self.scale_step), likely, self.across, self.contradiction)
+        return tuple(Proposal(peak.target_from_source) for peak in found)
+
+    def _peaks(
+        self,
+        target: FacingWalls,
+        source: FacingWalls,
+        sizes: Sequence[float],
+        yaws: Sequence[float],
+        across: int,
+        contradiction: float,
+    ) -> list[Peak]:
         peaks: list[Peak] = []
-        for step, yaws, across in searches:
-            for size in scales(scale, step):
-                peaks += correlate(target.layers, source.layers, size, yaws, across, self.peaks, self.contradiction)
-        peaks.sort(key=lambda peak: -peak.score)
-        return tuple(Proposal(peak.target_from_source) for peak in peaks[: self.proposals])
+        for size in sizes:
+            peaks += correlate(target.layers, source.layers, size, yaws, across, self.peaks, contradiction)
+        return sorted(peaks, key=lambda peak: -peak.score)[: self.proposals]
 
 
 def scales(scale: ScaleRange, step: float) -> list[float]:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
+from merge.descent import LINE_SHARE
 from merge.edge import Edge
 from merge.group import Group, predicted
 from merge.laying import add_equations, add_equations_back
 from merge.pose_graph import averaged
-from merge.refinement import LINE_SHARE
 from merge.walls import TOLERANCE_CELLS, compare_walls, thinned
 from merge.witness import on_charts
 

@@ -17,7 +17,6 @@ from merge.proposer import Proposal, Proposer
 from merge.result import Evidence
 from merge.scale_range import ScaleRange
 from merge.uncertainty import Uncertainty, uncertainty
-from merge.walls import TOLERANCE_SHARES
 
 NOTHING_PROPOSED = "nothing was proposed"
 MIN_SURFACE_POINTS = 20
@@ -148,11 +147,11 @@ def _evidence(
         acceptance_index=cells.acceptance_index,
         walls_on_walls=walls.on_walls / walls.judged if walls.judged > 0.0 else None,
         walls_in_free=walls.in_free / walls.judged if walls.judged > 0.0 else None,
+        walls_deep_in_free=best.walls.in_free / best.walls.judged if best.walls.judged > 0.0 else None,
         common_known_cells=cells.known,
         overlap=cells.overlap,
         matched_walls_cells=walls.on_walls,
         tolerance_cells=walls.tolerance,
-        tolerance_share=TOLERANCE_SHARES[level],
         spread=walls.spread,
         agreement=walls.agreement,
         rival_agreement=rival_agreement,

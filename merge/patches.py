@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
+from merge.descent import LINE_SHARE
 from merge.laying import add_equations, nearest_points
-from merge.refinement import LINE_SHARE
 from merge.scale_range import ScaleRange
 from merge.shortlist import smaller_diagonal
 from merge.umeyama import fit_similarity

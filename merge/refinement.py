@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
-from merge.laying import add_equations, add_equations_back
+from merge.descent import descend
 from merge.scale_range import ScaleRange
-from merge.walls import compare_walls, thinned, tolerance_cells
+from merge.walls import compare_walls, tolerance_cells
 
 SAME_AGREEMENT = 0.005
 """A difference that thinning and rounding make."""
-
-LINE_SHARE = 0.8
-"""Weight of the distance along the normal; the rest is that of the plain distance, which holds ends and corners."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +48,8 @@ def refine(
 ) -> Similarity2:
     """Improve ``target_from_source`` (cells) by Gauss-Newton on surface points paired with their nearest, both ways.
 
-    Source: iterative closest points (Besl and McKay 1992), point to line (Chen and Medioni 1992), pairs that face
-    opposite ways dropped, weights falling to zero at a gate that shrinks. On bent maps a tight gate locks onto one
+    Source: :func:`merge.descent.descend`, pairs that face opposite ways dropped, weights falling to zero at a gate that
+    shrinks. On bent maps a tight gate locks onto one
     part, so of the answers at three gates the one whose walls agree best is kept, the tightest of equals; ``start``
     itself where none is better.
     """
@@ -108,68 +105,31 @@ def _moves(step: float, arm: float, fixed: bool) -> list[NDArray[np.float64]]:
 def _shifted(
     answer: Similarity2, move: NDArray[np.float64], centre: NDArray[np.float64], scale: ScaleRange
 ) -> Similarity2:
-    return _moved(answer, move, answer.apply(centre), scale) or answer
+    """The answer shifted, turned and grown (x, y, yaw, log scale) about where it lays a point of the source."""
+    growth = scale.clip(answer.scale * math.exp(float(move[3]))) / answer.scale
+    turn = Similarity2(yaw=float(move[2]), scale=growth)
+    there = answer.apply(centre)
+    x, y = there + move[:2] - turn.apply(there)
+    return Similarity2(float(x), float(y), turn.yaw, growth) @ answer
 
 
 def _descend(
     target: Chart, source: Chart, start: Similarity2, scale: ScaleRange, settings: RefinementSettings
 ) -> list[Similarity2]:
+    """The answers at a wide, a middle and the last gate."""
     answer, answers = start, []
-    for gate, keep in _gates(target, source, start.scale, settings):
-        step = _step(target, source, answer, gate, scale, settings.most_points)
-        if step is None:
-            break
-        answer = step
-        if keep:
-            answers.append(answer)
+    for gates in _gates(target, source, start.scale, settings):
+        (answer,) = descend(target, source, [answer], gates[None, :], scale, settings.most_points)
+        answers.append(answer)
     return answers
 
 
-def _gates(target: Chart, source: Chart, scale: float, settings: RefinementSettings) -> list[tuple[float, bool]]:
+def _gates(target: Chart, source: Chart, scale: float, settings: RefinementSettings) -> list[NDArray[np.float64]]:
+    """From the first to the last, cut where an answer is kept."""
     tolerance = tolerance_cells(target, source, scale)
     last = settings.last_gate_cells * max(1.0, scale)
     first = settings.first_gate_share * min(target.diagonal, scale * source.diagonal)
     steps = max(0, math.ceil(math.log(max(first, last) / last) / -math.log(settings.shrink)))
-    gates = [max(last, first * settings.shrink**k) for k in range(steps)] + [last] * settings.last_steps
-    wide = sum(gate >= 2.0 * tolerance for gate in gates) - 1
-    middle = sum(gate >= tolerance for gate in gates) - 1
-    return [(gate, k in (wide, middle, len(gates) - 1)) for k, gate in enumerate(gates)]
-
-
-def _step(
-    target: Chart, source: Chart, answer: Similarity2, gate: float, scale: ScaleRange, most_points: int
-) -> Similarity2 | None:
-    matrix, inverse = answer.matrix(), answer.inverse().matrix()
-    on_source, weight = thinned(len(source.points), most_points)
-    on_target, back_weight = thinned(len(target.points), most_points)
-    if not len(on_source):
-        return None
-    centre = answer.apply(source.middle)
-    equations = np.zeros((4, 5))
-    pairs = add_equations(
-        target.surface, source.surface, on_source, weight * answer.scale, matrix, gate, LINE_SHARE, centre, equations
-    )
-    gate = gate / answer.scale
-    pairs += add_equations_back(
-        target.surface, source.surface, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations
-    )
-    unknowns = 3 if scale.fixed else 4
-    if pairs < unknowns:
-        return None
-    try:
-        step = np.linalg.solve(equations[:unknowns, :unknowns], equations[:unknowns, 4]).astype(np.float64)
-    except np.linalg.LinAlgError:
-        return None
-    return _moved(answer, step, centre, scale)
-
-
-def _moved(
-    answer: Similarity2, step: NDArray[np.float64], centre: NDArray[np.float64], scale: ScaleRange
-) -> Similarity2 | None:
-    growth = math.exp(min(max(float(step[3]), -0.1), 0.1)) if len(step) == 4 else 1.0
-    growth = scale.clip(answer.scale * growth) / answer.scale
-    turn = Similarity2(yaw=float(step[2]), scale=growth)
-    x, y = centre + step[:2] - turn.apply(centre)
-    if not math.isfinite(float(x) + float(y)):
-        return None
-    return Similarity2(float(x), float(y), turn.yaw, growth) @ answer
+    gates = np.array([max(last, first * settings.shrink**k) for k in range(steps)] + [last] * settings.last_steps)
+    wide, middle = int((gates >= 2.0 * tolerance).sum()), int((gates >= tolerance).sum())
+    return [part for part in np.split(gates, (wide, middle)) if len(part)]

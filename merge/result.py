@@ -23,12 +23,11 @@ class Evidence:
     - ``walls_on_walls``: share of the walls in the overlap that lie on a wall of the other map which faces the same
       way;
     - ``walls_in_free``: share of them that lie deep inside the other map's free space;
+    - ``walls_deep_in_free``: the same by the loosest tolerance, which the walls of bent maps keep where they are right;
     - ``common_known_cells``: area that both know, in cells of the coarser map;
     - ``overlap``: that area as a share of what the map that knows less knows;
     - ``tolerance_cells``: how far apart, in cells of the coarser map, two walls may lie here and still be one: the
       less, the crisper the maps;
-    - ``tolerance_share``: the same as a share of the smaller map's diagonal, one of
-      :data:`merge.walls.TOLERANCE_SHARES`;
     - ``matched_walls_cells``: length of the walls on walls, in cells of the coarser map;
     - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
     - ``agreement``: the number that ranks candidates, 0 to 1;
@@ -42,10 +41,10 @@ class Evidence:
     acceptance_index: float | None
     walls_on_walls: float | None
     walls_in_free: float | None
+    walls_deep_in_free: float | None
     common_known_cells: float
     overlap: float
     tolerance_cells: float
-    tolerance_share: float
     matched_walls_cells: float
     spread: float
     agreement: float

@@ -100,8 +100,9 @@ class _Pairs:
 
 
 def _chance_within(bound: float, sigma: float) -> float:
-    """Of a normal error (mean 0) to be less than the bound."""
-    return math.erf(bound / (sigma * math.sqrt(2.0))) if sigma > 0.0 else 1.0
+    """Of a Laplacian error (mean 0) to be less than the bound: on generated pairs the median error is 0.45 sigma, where
+    a normal one would be 0.67 and a Laplacian 0.49."""
+    return -math.expm1(-math.sqrt(2.0) * bound / sigma) if sigma > 0.0 else 1.0
 
 
 def uncertainty(target: Chart, source: Chart, answer: Similarity2, scale: ScaleRange) -> Uncertainty:

@@ -14,7 +14,7 @@ from mapquilt.benchmark.trial import Answer, Trial
 from merge.decision import DecisionSettings, decide, features
 from merge.result import Evidence
 
-RIDGE = 1e-6
+RIDGE = 1e-8
 FITTED = ("lead", "contradiction", "threshold")
 SIGNS = np.array([1.0, -1.0])
 """Contradiction takes from the log-odds."""

@@ -9,10 +9,10 @@ GOOD = Evidence(
     acceptance_index=0.98,
     walls_on_walls=0.95,
     walls_in_free=0.03,
+    walls_deep_in_free=0.0,
     common_known_cells=20000.0,
     overlap=0.5,
     tolerance_cells=4.0,
-    tolerance_share=0.002,
     matched_walls_cells=900.0,
     spread=0.45,
     agreement=0.72,
@@ -74,12 +74,12 @@ def test_a_bad_bound_is_named(name, value):
         DecisionSettings(**{name: value})
 
 
-def test_walls_in_free_space_have_no_excuse_where_maps_are_crisp_and_said_to_share_much():
-    def confidence(**change):
-        return decide(dataclasses.replace(GOOD, **{"walls_in_free": 0.2, "overlap": 0.9} | change)).confidence
+def test_what_contradicts_weighs_more_the_more_is_shared_but_no_more_than_bent_maps_bear():
+    def confidence(deep: float, overlap: float = 0.3) -> float:
+        return decide(dataclasses.replace(GOOD, walls_deep_in_free=deep, overlap=overlap)).confidence
 
-    assert confidence() < confidence(overlap=0.3) < confidence(walls_in_free=0.0)
-    assert confidence(tolerance_share=0.014) == confidence(walls_in_free=0.0)
+    assert confidence(0.04, overlap=0.5) < confidence(0.04) < confidence(0.0)
+    assert confidence(0.4) == confidence(0.8)
 
 
 def test_no_walls_in_a_length_is_refused_without_a_fault():
