@@ -27,8 +27,8 @@ from mapquilt.merge_options import PRELOADED, workers_for
 from mapquilt.progress import count_progress
 from mapquilt.tables import plain_table, print_table
 from mapquilt.teams.drawn_team import DrawnSettings, draw_team
-from mapquilt.teams.memory import peak_memory
 from mapquilt.teams.trials import InjectionTrial, PoseTrial, injection_trial, pose_trial
+from mapquilt.teams.usage import usage
 from merge.merger import merge_maps
 from worlds.families import make_world
 
@@ -118,25 +118,19 @@ def bench_speed(maps: int = 20, workers: int = 2) -> None:
         team = elsewhere.submit(_large_team, maps).result()
     drawing = time.perf_counter() - began
     shapes = np.array([grid.cropped().frame.shape for grid in team.grids])
-    start, before = time.perf_counter(), os.times()
-    with (
-        peak_memory() as memory,
-        workers_for(maps, workers) as executor,
-        count_progress("merging pairs") as on_progress,
-    ):
+    start = time.perf_counter()
+    with usage() as used, workers_for(maps, workers) as executor, count_progress("merging pairs") as on_progress:
         result = merge_maps(team, on_progress=on_progress, executor=executor)
-    seconds = time.perf_counter() - start
-    after = os.times()
-    own, others = after.user - before.user, after.children_user - before.children_user
+        seconds = time.perf_counter() - start
     table = plain_table(("", False), ("measured", True), ("asked", True))
     table.add_row("maps", f"{maps} of about {int(np.median(shapes[:, 0]))} x {int(np.median(shapes[:, 1]))}", "")
     table.add_row("pairs matched", str(sum(p.target_from_source is not None for p in result.pairs)), "")
     table.add_row("joined", f"{len(result.reference_from_map)} of {maps}", "")
     table.add_row("time, without that to draw them", f"{seconds:.1f} s on {workers} workers", "40 s for 20")
     table.add_row("time to draw them", f"{drawing:.1f} s", "")
-    table.add_row("processor time here, of all workers", f"{own:.1f}, {others:.1f} s", "")
-    table.add_row("memory in all, shared pages once", f"{memory.whole:.0f} MB", "1000 MB for 20")
-    table.add_row("memory here, largest worker", f"{memory.own:.0f}, {memory.largest_worker:.0f} MB", "")
+    table.add_row("processor time in all", f"{used.seconds:.1f} s", "")
+    table.add_row("memory in all, shared pages once", f"{used.whole:.0f} MB", "1000 MB for 20")
+    table.add_row("memory here, largest worker", f"{used.own:.0f}, {used.largest_worker:.0f} MB", "")
     print_table(table)
 
 

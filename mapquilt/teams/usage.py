@@ -1,29 +1,45 @@
-"""What a process and its workers hold in memory, shared pages counted once."""
+"""What a process and its workers use of memory, shared pages counted once, and of processor time."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
 
 PERIOD = 0.1
 """Seconds between two looks."""
 
+TICK = 1.0 / os.sysconf("SC_CLK_TCK")
+
 
 @dataclass
-class PeakMemory:
-    """The most that was seen at one time [MB]: in all, of this process, and of each of its descendants the most."""
+class Usage:
+    """The most that was held at one time [MB]: in all, by this process, and by one of its descendants; and
+    processor time [s] since the first look."""
 
     whole: float = 0.0
     own: float = 0.0
     largest_worker: float = 0.0
+    _began: dict[int, float] = field(default_factory=dict)
+    _ran: dict[int, float] = field(default_factory=dict)
+
+    @property
+    def seconds(self) -> float:
+        return sum(ran - self._began[process] for process, ran in self._ran.items())
 
     def look(self) -> None:
         """Take what is held now into account."""
-        held = {process: _proportional(process) for process in _tree(os.getpid())}
+        processes = _tree(os.getpid())
+        first = not self._ran
+        held = {process: _proportional(process) for process in processes}
+        for process in processes:
+            ran = _ran(process)
+            if ran is not None:
+                self._ran[process] = ran
+                self._began.setdefault(process, ran if first else 0.0)
         own = held.pop(os.getpid())
         self.whole = max(self.whole, own + sum(held.values()))
         self.own = max(self.own, own)
@@ -31,23 +47,24 @@ class PeakMemory:
 
 
 @contextmanager
-def peak_memory() -> Iterator[PeakMemory]:
-    """The peak of the summed proportional set size (Pss, proc(5)) of this process and its descendants while the block
-    runs, looked at ten times a second. Raises ``OSError`` where there is no /proc/PID/smaps_rollup, as off Linux."""
-    peak, over = PeakMemory(), Event()
-    peak.look()
+def usage() -> Iterator[Usage]:
+    """What this process and its descendants use while the block runs, by proportional set sizes (Pss, proc(5)), looked
+    at ten times a second. Linux only: elsewhere it stays 0."""
+    used, over = Usage(), Event()
+    used.look()
 
     def watch() -> None:
         while not over.wait(PERIOD):
-            peak.look()
+            used.look()
 
     watcher = Thread(target=watch, daemon=True)
     watcher.start()
     try:
-        yield peak
+        yield used
     finally:
         over.set()
         watcher.join()
+        used.look()
 
 
 def _tree(root: int) -> list[int]:
@@ -69,6 +86,11 @@ def _tasks(process: int) -> list[Path]:
 def _proportional(process: int) -> float:
     lines = _text(Path(f"/proc/{process}/smaps_rollup")).splitlines()
     return sum(int(line.split()[1]) / 1024.0 for line in lines if line.startswith("Pss:"))
+
+
+def _ran(process: int) -> float | None:
+    after_name = _text(Path(f"/proc/{process}/stat")).rpartition(")")[2].split()
+    return (int(after_name[11]) + int(after_name[12])) * TICK if after_name else None
 
 
 def _text(path: Path) -> str:
