@@ -14,19 +14,50 @@ from mapping.similarity2 import Similarity2
 from merge.edge import Edge
 from merge.group import Group
 from merge.joining import Join, ends, heard, joined, joins
-from merge.mending import mended
+from merge.mending import LEAST_GAIN, mended, score
 from merge.triangles import Place, weighted
 
 Ends = tuple[int, int]
 
 
+MOST_STARTS = 6
+"""Of the answers between groups that stayed apart so many are believed first, to see what comes of it."""
+
+
 def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Group]:
-    """Groups of the maps 0 to ``maps`` - 1, in the order of their lowest members, each with the edges that hold."""
-    plain = edges
-    edges = weighted(edges, place, fixed_scale)
+    """Groups of the maps 0 to ``maps`` - 1, in the order of their lowest members, each with the edges that hold.
+
+    A sure wrong answer that is believed first keeps maps out whose answers are right. So where answers between groups
+    are left, groups are grown again from each of those, and the groups kept for which most speaks.
+    """
+    joining = weighted(edges, place, fixed_scale)
+    best = _grown(maps, joining, edges, place, fixed_scale)
+    left = [edge for edge in joining if not any(group.holds(edge) for group in best)]
+    if not left:
+        return best
+    most = score(best, edges, place, fixed_scale)
+    for start in sorted(left, key=lambda edge: -edge.weight)[:MOST_STARTS]:
+        other = _grown(maps, joining, edges, place, fixed_scale, start)
+        told = score(other, edges, place, fixed_scale)
+        if told > most + LEAST_GAIN:
+            best, most = other, told
+    return best
+
+
+def _grown(
+    maps: int,
+    edges: Sequence[Edge],
+    plain: Sequence[Edge],
+    place: Place,
+    fixed_scale: bool,
+    start: Edge | None = None,
+) -> list[Group]:
+    """Groups joined one by one, by what most speaks for; two maps first by the edge to start with."""
     groups: dict[int, Group] = {index: Group({index: Similarity2.identity()}, ()) for index in range(maps)}
     group_of = list(range(maps))
-    waiting = _waiting(groups, group_of, edges, range(maps), fixed_scale)
+    if start is not None:
+        _join(groups, group_of, Join(start.target_from_source, (start,), start.weight), fixed_scale)
+    waiting = _waiting(groups, group_of, edges, list(groups), fixed_scale)
     while True:
         options = [(-ways[0].support, pair) for pair, ways in waiting.items() if ways]
         if not options:
@@ -36,11 +67,18 @@ def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool
         told = _spoken(join, plain) + heard(groups[first], groups[second], join, place, ends(join.edges))
         if told <= 0.0:
             continue
-        groups[first] = joined(groups[first], groups.pop(second), join, fixed_scale)
-        group_of = [first if group == second else group for group in group_of]
+        _join(groups, group_of, join, fixed_scale)
         waiting = {pair: ways for pair, ways in waiting.items() if not {first, second} & set(pair)}
         waiting |= _waiting(groups, group_of, edges, [first], fixed_scale)
     return [mended(groups[index], plain, place, fixed_scale) for index in sorted(groups)]
+
+
+def _join(groups: dict[int, Group], group_of: list[int], join: Join, fixed_scale: bool) -> None:
+    """Make one group of the two that a join joins, under the lower of their indices."""
+    first, second = (group_of[end] for end in (join.edges[0].target, join.edges[0].source))
+    both = joined(groups.pop(first), groups.pop(second), join, fixed_scale)
+    groups[min(first, second)] = both
+    group_of[:] = [min(first, second) if group in (first, second) else group for group in group_of]
 
 
 def _waiting(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
 
-PERIOD = 0.1
+PERIOD = 0.3
 """Seconds between two looks."""
 
 TICK = 1.0 / os.sysconf("SC_CLK_TCK")
@@ -49,7 +49,7 @@ class Usage:
 @contextmanager
 def usage() -> Iterator[Usage]:
     """What this process and its descendants use while the block runs, by proportional set sizes (Pss, proc(5)), looked
-    at ten times a second. Linux only: elsewhere it stays 0."""
+    at several times a second. Linux only: elsewhere it stays 0."""
     used, over = Usage(), Event()
     used.look()
 

@@ -180,3 +180,22 @@ def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
     squares = strains(group.poses, group.edges, group.root, False)
     assert len(group.poses) == number
     assert squares.max() < GATES[False]
+
+
+def test_a_sure_wrong_answer_that_is_believed_first_keeps_no_map_out():
+    poses, rng = world(3, 9)
+    edges = [
+        edge(poses, 0, 1, rng, wrong=True, weight=3.0),
+        edge(poses, 0, 2, rng, weight=0.8),
+        edge(poses, 1, 2, rng, weight=0.8),
+    ]
+
+    def cells(target, source, place):
+        """Those of the wrong place say nothing, as where maps hardly overlap."""
+        truth = poses[target].inverse() @ poses[source]
+        if math.hypot(place.x - truth.x, place.y - truth.y) < 10.0:
+            return 1.0
+        return 0.0 if {target, source} == {0, 1} else -3.0
+
+    (group,) = consistent(3, edges, cells, False)
+    assert ends(group.edges) == {(0, 2), (1, 2)}
