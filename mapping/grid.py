@@ -62,7 +62,8 @@ class OccupancyGrid:
     @property
     def known_diagonal(self) -> float:
         """Diagonal of the box around the known cells [stated metres]; 0 where none is known."""
-        rows, cols = np.nonzero(self.known)
+        known = self.known
+        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
         if rows.size == 0:
             return 0.0
         return self.frame.resolution * math.hypot(float(np.ptp(rows)) + 1.0, float(np.ptp(cols)) + 1.0)

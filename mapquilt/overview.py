@@ -96,11 +96,12 @@ def _quality(score: RunScore, group: GroupRecord) -> str:
 
 def _extent(grid: OccupancyGrid) -> Extent:
     """Where a map knows anything, in its own metres."""
-    frame = grid.frame
-    cells = np.argwhere(grid.known)
-    if cells.size == 0:
-        cells = np.array([(0, 0), (0, frame.shape[1] - 1), (frame.shape[0] - 1, 0), np.subtract(frame.shape, 1)])
-    metres = frame.metres_from_cells(cells)
+    frame, known = grid.frame, grid.known
+    if not known.any():
+        known = np.ones(frame.shape, bool)
+    rows, last = np.flatnonzero(known.any(axis=1)), frame.shape[1] - 1
+    ends = known[rows].argmax(axis=1), last - known[rows, ::-1].argmax(axis=1)  # of a row: no cell lies further out
+    metres = frame.metres_from_cells(np.concatenate([np.column_stack((rows, end)) for end in ends]))
     (left, low), (right, high) = metres.min(axis=0), metres.max(axis=0)
     return Extent(left - frame.resolution, right + frame.resolution, low - frame.resolution, high + frame.resolution)
 

@@ -41,12 +41,12 @@ class DecisionSettings:
     Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
     """
 
-    lead: float = 34.1
-    contradiction: float = 98.0
-    threshold: float = 2.8
+    lead: float = 27.0
+    contradiction: float = 130.0
+    threshold: float = 0.0
     enough_lead: float = 0.25
-    enough_contradiction: float = 0.02
-    min_matched_walls_cells: float = 80.0
+    enough_contradiction: float = 0.03
+    min_matched_walls_cells: float = 50.0
     min_spread: float = 0.08
     min_overlap: float = 0.1
     min_agreement: float = 0.4

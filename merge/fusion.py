@@ -76,7 +76,9 @@ def fuse_and_compare(
         free[box] += seen < 0.0
         deep[box] |= _inner(seen < 0.0)
     total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
-    told = np.where(deep & (occupied > 0), OCCUPIED, np.where(known > 1, FREE, UNKNOWN))
+    told = np.full(frame.shape, UNKNOWN, np.int8)
+    told[known > 1] = FREE
+    told[deep & (occupied > 0)] = OCCUPIED
     return Fused(OccupancyGrid(frame, total), OccupancyGrid.from_occupancy(frame, told))
 
 

@@ -13,6 +13,7 @@ from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
+from merge.chart import Chart
 
 CELL = 0.05
 RANGE = 6.0
@@ -172,3 +173,18 @@ def _log_odds(frame: GridFrame, hits: NDArray[np.float64], misses: NDArray[np.fl
 def random_similarity(rng: np.random.Generator, scale: tuple[float, float] = (1.0, 1.0)) -> Similarity2:
     size = math.exp(rng.uniform(math.log(scale[0]), math.log(scale[1])))
     return Similarity2(rng.uniform(-50, 50), rng.uniform(-50, 50), rng.uniform(-math.pi, math.pi), size)
+
+
+def two_charts(build, seed, source_from_world):
+    """Two maps of parts of one world, and the true transform in cells."""
+    rng = np.random.default_rng(seed)
+    world = build(rng)
+    grids = [
+        observed(world, viewpoints(world, rng, *part, number=20), frame, rng)
+        for part, frame in (
+            (((0.3, 0.3), (11.0, 10.7)), Similarity2()),
+            (((4.5, 0.3), (15.7, 10.7)), source_from_world),
+        )
+    ]
+    cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
+    return *(Chart(grid) for grid in grids), cells[0].inverse() @ source_from_world.inverse() @ cells[1]

@@ -1,13 +1,18 @@
 """How sharply maps are judged, and which candidate comes first."""
 
 import dataclasses
+import math
 
+import numpy as np
 import pytest
 
 from mapping.similarity2 import Similarity2
-from merge.candidates import BORNE, Candidate, best_first, sharpest
+from merge.candidates import BORNE, Candidate, best_first, candidates, sharpest
 from merge.proposer import Proposal
+from merge.scale_range import ScaleRange
+from merge.shortlist import apart
 from merge.walls import TOLERANCE_SHARES, Walls
+from tests.merge.rooms import cave, rooms, two_charts
 
 LAID = Walls(tolerance=5.0, on_walls=0.0, opposed=0.0, in_free=0.0, smaller=1000.0, spread=0.4)
 
@@ -44,3 +49,21 @@ def test_a_tolerance_is_borne_where_one_candidate_keeps_its_agreement():
 @pytest.mark.parametrize("order", [(ALIKE, BENT, CRISP), (CRISP, ALIKE, BENT)])
 def test_the_order_in_which_candidates_come_does_not_matter(order):
     assert best_first(order) == [CRISP, ALIKE, BENT]
+
+
+@pytest.mark.parametrize("build", [rooms, cave])
+def test_a_proposal_that_lies_near_the_truth_is_found_among_hundreds_that_do_not(build):
+    target, source, truth = two_charts(build, 3, Similarity2(3.0, 1.0, -0.7, 1.4))
+    rng = np.random.default_rng(4)
+    middle, reach = truth.apply(source.middle), 0.5 * target.diagonal
+    proposals = []
+    for k in range(300):
+        near = k == 250
+        scale = truth.scale * (1.05 if near else rng.uniform(0.7, 1.4))
+        yaw = truth.yaw + (math.radians(4.0) if near else rng.uniform(0.5, 5.5))
+        place = middle + (np.array([6.0, -5.0]) if near else rng.uniform(-reach, reach, 2))
+        corner = place - Similarity2(yaw=yaw, scale=scale).apply(source.middle)
+        proposals.append(Proposal(Similarity2(*corner.tolist(), yaw, scale)))
+    found = candidates(target, source, proposals, ScaleRange.free())
+    assert apart(source, [truth, found[0].target_from_source])[0, 1] < 1.0  # cells
+    assert apart(source, [truth, proposals[250].target_from_source])[0, 1] > 8.0

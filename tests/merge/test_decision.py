@@ -35,7 +35,7 @@ def test_good_evidence_is_accepted_without_a_reason():
         ({"overlap": 0.01}, OVERLAP),
         ({"agreement": 0.2, "rival_agreement": 0.05}, OVERLAP),
         ({"agreement": 0.29, "rival_agreement": 0.0, "walls_on_walls": 0.6}, CONTRADICTION),
-        ({"agreement": 0.5, "rival_agreement": 0.42, "walls_on_walls": 0.8}, RIVAL),
+        ({"agreement": 0.5, "rival_agreement": 0.42, "walls_on_walls": 0.8, "walls_deep_in_free": 0.1}, RIVAL),
         ({"matched_walls_cells": 20.0}, BARE),
         ({"spread": 0.01}, ONE_WAY),
         ({"exactness": 0.4}, INEXACT),

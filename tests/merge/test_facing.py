@@ -2,27 +2,11 @@ import numpy as np
 import pytest
 
 from mapping.similarity2 import Similarity2
-from merge.chart import Chart
 from merge.facing import Facing, FacingWalls, scales
 from merge.scale_range import ScaleRange
-from tests.merge.rooms import CELL, cave, observed, rooms, viewpoints
+from tests.merge.rooms import cave, rooms, two_charts
 
 RNG = np.random.default_rng(0)
-
-
-def two_charts(build, seed, source_from_world):
-    """Two maps of parts of one world, and the true transform in cells."""
-    rng = np.random.default_rng(seed)
-    world = build(rng)
-    grids = [
-        observed(world, viewpoints(world, rng, *part, number=20), frame, rng)
-        for part, frame in (
-            (((0.3, 0.3), (11.0, 10.7)), Similarity2()),
-            (((4.5, 0.3), (15.7, 10.7)), source_from_world),
-        )
-    ]
-    cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
-    return *(Chart(grid) for grid in grids), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
 
 
 def nearest(proposals, truth, source):
