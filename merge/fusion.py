@@ -64,7 +64,7 @@ def fuse_and_compare(
     """
     frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
     total = np.zeros(frame.shape, dtype=np.float32)
-    known, occupied, free = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(3))
+    known, occupied = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(2))
     deep = np.zeros(frame.shape, dtype=bool)
     for reference_from_map, grid in grids:
         box = _box(frame, _corners(reference_from_map, grid))
@@ -73,7 +73,6 @@ def fuse_and_compare(
         _RULES[fusion](total[box], seen, known[box] > 0)
         known[box] += seen != 0.0
         occupied[box] += seen > 0.0
-        free[box] += seen < 0.0
         deep[box] |= _inner(seen < 0.0)
     total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
     told = np.full(frame.shape, UNKNOWN, np.int8)
