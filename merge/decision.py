@@ -38,12 +38,13 @@ class DecisionSettings:
     - ``min_margin``: the best rival must agree less by this share, however good the rest;
     - ``min_confidence``: what is less sure is refused.
 
-    Raises ``ValueError`` naming a constant that is negative or not finite, or a confidence above 1.
+    Raises ``ValueError`` naming a constant that is not finite, or negative (but for the threshold), or a confidence
+    above 1.
     """
 
-    lead: float = 27.0
-    contradiction: float = 130.0
-    threshold: float = 0.0
+    lead: float = 24.75
+    contradiction: float = 134.4
+    threshold: float = -0.9
     enough_lead: float = 0.25
     enough_contradiction: float = 0.03
     min_matched_walls_cells: float = 50.0
@@ -55,8 +56,10 @@ class DecisionSettings:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if name != "min_confidence" and not 0.0 <= value < math.inf:
+            if name not in ("min_confidence", "threshold") and not 0.0 <= value < math.inf:
                 raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
+        if not math.isfinite(self.threshold):
+            raise ValueError(f"DecisionSettings: threshold is {self.threshold}, must be finite")
         if not 0.0 <= self.min_confidence <= 1.0:
             raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
 

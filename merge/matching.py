@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, replace
@@ -26,6 +27,9 @@ from merge.settings import MergeSettings
 from merge.sheets import Method, Shelf, cell_width, map_cells_from_chart, metres_from_chart
 
 OTHER_SCALE = "fits only at another scale than the maps state"
+SAME_SCALE = math.log(1.03)
+"""What differs by less is no other scale."""
+
 IN_FLIGHT = 64
 """Tasks handed out at a time, so that their maps are not all in flight at once."""
 
@@ -90,7 +94,9 @@ def _at_another_scale(task: PairTask, sheets: tuple[Sheet, Sheet]) -> PairAnswer
     if not answer.decision.accepted:
         return None
     found = told(task, answer, sheets).target_from_source
-    times = "" if found is None else f", {found.scale:.3g} times that"
+    if found is None or abs(math.log(found.scale)) < SAME_SCALE:
+        return None
+    times = f", {found.scale:.3g} times that"
     return replace(answer, decision=Decision(False, 0.0, OTHER_SCALE + times))
 
 

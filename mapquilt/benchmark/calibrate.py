@@ -35,10 +35,18 @@ CALIBRATION_FILE = "calibration.json"
 def calibrate(
     dataset: Annotated[list[Path], typer.Option(metavar="DIR", help="Finished data set. Repeatable.")],
     out: Annotated[Path, typer.Option(help="Folder to write; a calibration there is replaced.")],
-    split: Annotated[str, typer.Option(help="Split to fit on.")] = "train",
-    check: Annotated[str, typer.Option(help="Split of other worlds to check on.")] = "test",
+    check_dataset: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="DIR", help="Data set of other worlds to check on; default: the same. Repeatable."),
+    ] = None,
+    split: Annotated[
+        str | None, typer.Option(help="Split to fit on.", show_default="train, or all with --check-dataset")
+    ] = None,
+    check: Annotated[
+        str | None, typer.Option(help="Split to check on.", show_default="test, or all with --check-dataset")
+    ] = None,
     method: Annotated[str, typer.Option(help="Method whose answers are judged.")] = "quilt",
-    limit: Annotated[int | None, typer.Option(help="Use so many pairs of each split, chosen evenly.")] = None,
+    limit: Annotated[int | None, typer.Option(help="Use so many pairs for each of both, chosen evenly.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the choice and of the method.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = 1,
 ) -> int:
@@ -46,32 +54,43 @@ def calibrate(
 
     Prints the constants as merge/decision.py holds them, and writes them with the reliability diagram of the check.
     """
-    if split == check:
-        raise ValueError(f"--check {check}: is the split that is fitted on")
+    if not check_dataset:
+        check_dataset, split, check = dataset, split or "train", check or "test"
+        if split == check:
+            raise ValueError(f"--check {check}: is the split that is fitted on")
+    elif common := {path.resolve() for path in dataset} & {path.resolve() for path in check_dataset}:
+        raise ValueError(f"--check-dataset {min(common)}: is fitted on; leave it out to check on another split")
     refuse_foreign(out, CALIBRATION_FILE)
-    fitted = fit_decision(_trials(dataset, split, method, limit, seed, workers))
-    checked = calibration(judged_again(_trials(dataset, check, method, limit, seed, workers), fitted), 0)
+    fitted = fit_decision(_trials(dataset, split, method, limit, seed, workers, "to fit on"))
+    seen = _trials(check_dataset, check, method, limit, seed, workers, "to check on")
+    checked = calibration(judged_again(seen, fitted), 0)
     if checked is None:
-        raise ValueError(f"{dataset[0]}: split {check} holds no pair that is not bent")
+        raise ValueError(f"{check_dataset[0]}: holds no pair to check on that is not bent")
     with folder_aside(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", decision_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
-        f"{out}: on {checked.pairs} pairs of {check}: expected calibration error {checked.ece:.3f}, "
+        f"{out}: on {checked.pairs} other pairs: expected calibration error {checked.ece:.3f}, "
         f"Brier {checked.brier:.3f} (base rate {checked.base_brier:.3f}), AUC {auc}"
     )
     return 0
 
 
 def _trials(
-    dataset: Sequence[Path], split: str, method: str, limit: int | None, seed: int, workers: int
+    dataset: Sequence[Path],
+    split: str | None,
+    method: str,
+    limit: int | None,
+    seed: int,
+    workers: int,
+    purpose: str,
 ) -> list[Trial]:
     pairs = [pair for folder in dataset for pair in dataset_pairs(folder, split)]
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
-    with count_progress(f"pairs of {split}") as on_progress:
+    with count_progress(f"pairs {purpose}") as on_progress:
         return run_benchmark(pairs, (MergeSettings(method),), seed, workers, on_progress)
 
 

