@@ -18,6 +18,9 @@ from merge.prior import SIGMA, Prior
 SERIAL_MAPS = 6
 """Up to so many maps, starting workers takes longer than they save."""
 
+PRELOADED = ("merge.promise", "merge.recovery")
+"""What workers are asked to do, and all that it needs."""
+
 ReferenceOption = Annotated[
     str | None,
     typer.Option("--reference", metavar="NAME", help="Map whose frame the answer is in; default: the largest."),
@@ -61,7 +64,7 @@ def workers_for(maps: int, workers: int | None) -> Iterator[Executor | None]:
     if number == 1:
         yield None
         return
-    pool = process_pool(number)
+    pool = process_pool(number, PRELOADED)
     try:
         yield pool
     finally:

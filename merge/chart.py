@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mapping.arrays import frozen_array, sealed
 from mapping.grid import OccupancyGrid
 from merge.layers import Layers
-from merge.laying import Surface
+from merge.laying import Indices, Surface
 
 NORMAL_BLUR_CELLS = 1.2
 SECTOR_COSINE = 0.38
@@ -32,10 +32,10 @@ class Chart:
     ``points`` (N, 2) are the surface: the centres of occupied cells that meet free space, in row-major order. (Beams
     ended anywhere in such a cell; the face towards the free space would make rooms of coarser maps look smaller.)
     ``normals`` (N, 2) are unit vectors into the free space, or zero where it lies on all sides alike. ``nearest``
-    (4, rows, cols) is the index of the nearest surface point that faces about right, up, left and down, -1 if there is
-    none, so that the two sides of a thin wall are not taken for one another; ``depth`` is the distance to the nearest
-    cell that is not free; both have ``margin`` more cells on each side. ``diagonal`` is that of the known part's
-    bounding box.
+    (4, rows, cols) is the index of the nearest surface point that faces about right, up, left and down, N or more if
+    there is none, so that the two sides of a thin wall are not taken for one another; ``depth`` is the distance to the
+    nearest cell that is not free; both have ``margin`` more cells on each side. ``diagonal`` is that of the known
+    part's bounding box.
     """
 
     grid: OccupancyGrid
@@ -50,7 +50,7 @@ class Chart:
         return frozen_array(_normals(self.grid, *self._cells), np.float64)
 
     @cached_property
-    def nearest(self) -> NDArray[np.int32]:
+    def nearest(self) -> Indices:
         return sealed(_nearest(self.grid.frame.shape, *self._cells, self.normals, self.margin))
 
     @cached_property
@@ -109,30 +109,32 @@ def _nearest(
     cols: NDArray[np.intp],
     normals: NDArray[np.float64],
     margin: int,
-) -> NDArray[np.int32]:
-    nearest = np.empty((4, shape[0] + 2 * margin, shape[1] + 2 * margin), dtype=np.int32)
+) -> Indices:
+    size = 4, shape[0] + 2 * margin, shape[1] + 2 * margin
+    small = len(rows) < np.iinfo(np.uint16).max  # half of what a map takes in memory
+    nearest: Indices = np.empty(size, np.uint16) if small else np.empty(size, np.int32)
     every_way = ~normals.any(axis=1)
     for k, axis in enumerate(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))):
         members = np.flatnonzero(every_way | (normals @ axis > SECTOR_COSINE))
         if members.size:
             _label(nearest[k], rows[members] + margin, cols[members] + margin, members)
         else:
-            nearest[k] = -1
+            nearest[k] = np.iinfo(nearest.dtype).max
     return nearest
 
 
-def _label(nearest: NDArray[np.int32], rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
+def _label(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
     """Write into every cell (rows, cols) the index of the point that lies nearest."""
     elsewhere = np.ones(nearest.shape, dtype=np.uint8)
     elsewhere[rows, cols] = 0
     _, labels = cv2.distanceTransformWithLabels(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
-    index_of_label = np.full(int(labels[rows, cols].max()) + 1, -1, dtype=np.int32)
+    index_of_label = np.zeros(int(labels[rows, cols].max()) + 1, nearest.dtype)
     index_of_label[labels[rows, cols]] = index
     _look_up(index_of_label, np.asarray(labels, np.int32), nearest)
 
 
 @njit(cache=True)
-def _look_up(table: NDArray[np.int32], places: NDArray[np.int32], out: NDArray[np.int32]) -> None:
+def _look_up(table: Indices, places: NDArray[np.int32], out: Indices) -> None:
     for row in range(out.shape[0]):
         for col in range(out.shape[1]):
             out[row, col] = table[places[row, col]]

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from mapping.map_set import MapSet
 from mapping.se2 import wrap_angle
 from mapping.similarity2 import Similarity2
+from merge.motions import Motions
 from merge.result import PairResult
-from merge.sheets import Method, Shelf, metres_from_chart
+from merge.sheets import Shelf, metres_from_chart
 
 FLOOR_SHARE = 0.01
 """By how much two right answers may differ though nothing shows it, as a share of the smaller map's diagonal: each fits
@@ -39,11 +40,11 @@ class Ground:
     area: int
 
     @staticmethod
-    def all(maps: MapSet, shelf: Shelf, methods: Sequence[Method] = ()) -> tuple[Ground, ...]:
-        """Of every map of a team. ``methods`` are those whose sheets the shelf already has."""
+    def all(maps: MapSet, shelf: Shelf) -> tuple[Ground, ...]:
+        """Of every map of a team."""
         found = []
         for grid in maps.grids:
-            chart = shelf.sheet(grid, methods).chart
+            chart = shelf.chart(grid)
             middle = Similarity2(float(chart.middle[0]), float(chart.middle[1]))
             placed = metres_from_chart(grid.frame, chart) @ middle
             found.append(Ground(placed, max(1.0, chart.diagonal), int(np.count_nonzero(chart.grid.known))))
@@ -71,6 +72,37 @@ class Edge:
         arm = -np.array([self.target_from_source.x, self.target_from_source.y])
         moved = moved @ about(arm)
         return Edge(self.source, self.target, back, moved @ self.covariance @ moved.T, self.weight)
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeTable:
+    """Edges in arrays: indices (E,), motions (E,), covariances (E, 4, 4) and weights (E,)."""
+
+    targets: NDArray[np.intp]
+    sources: NDArray[np.intp]
+    found: Motions
+    covariances: NDArray[np.float64]
+    weights: NDArray[np.float64]
+
+    @staticmethod
+    def of(edges: Sequence[Edge]) -> EdgeTable:
+        return EdgeTable(
+            np.array([edge.target for edge in edges], np.intp),
+            np.array([edge.source for edge in edges], np.intp),
+            Motions.of(edge.target_from_source for edge in edges),
+            np.array([edge.covariance for edge in edges], np.float64).reshape(-1, 4, 4),
+            np.array([edge.weight for edge in edges], np.float64),
+        )
+
+    def misfits(
+        self, predicted: Motions, fixed_scale: bool, slack: NDArray[np.float64] | float = 0.0
+    ) -> NDArray[np.float64]:
+        """By how much each differs from what others predict: the square (..., E) of the difference, by its covariance
+        and that of the prediction, ``slack`` (..., E, 4, 4)."""
+        unknowns = 3 if fixed_scale else 4
+        off = predicted.minus(self.found)[..., :unknowns, None]
+        covariances = (self.covariances + slack)[..., :unknowns, :unknowns]
+        return np.asarray((off * np.linalg.solve(covariances, off)).sum(axis=(-2, -1)))
 
 
 def edge_of(pair: PairResult, indices: tuple[int, int], grounds: Sequence[Ground]) -> Edge:

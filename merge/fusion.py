@@ -64,15 +64,16 @@ def fuse_and_compare(
     """
     frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
     total = np.zeros(frame.shape, dtype=np.float32)
-    known, occupied, free = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(3))
+    known, occupied = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(2))
     deep = np.zeros(frame.shape, dtype=bool)
     for reference_from_map, grid in grids:
-        seen = resampled(grid, reference_from_map, frame, SAMPLES)
-        _RULES[fusion](total, seen, known > 0)
-        known += seen != 0.0
-        occupied += seen > 0.0
-        free += seen < 0.0
-        deep |= _inner(seen < 0.0)
+        box = _box(frame, _corners(reference_from_map, grid))
+        window = frame.window((box[0].start, box[1].start), total[box].shape)
+        seen = resampled(grid, reference_from_map, window, SAMPLES)
+        _RULES[fusion](total[box], seen, known[box] > 0)
+        known[box] += seen != 0.0
+        occupied[box] += seen > 0.0
+        deep[box] |= _inner(seen < 0.0)
     total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
     told = np.full(frame.shape, UNKNOWN, np.int8)
     told[known > 1] = FREE
@@ -120,6 +121,14 @@ def _corners(reference_from_map: Similarity2, grid: OccupancyGrid) -> NDArray[np
     rows, cols = grid.frame.shape
     outer = np.array([(0, 0), (0, cols), (rows, 0), (rows, cols)]) - 0.5  # the corner of a cell, not its centre
     return reference_from_map.apply(grid.frame.metres_from_cells(outer))
+
+
+def _box(frame: GridFrame, corners: NDArray[np.float64]) -> tuple[slice, slice]:
+    """The rows and cols of the frame that a map with those corners lies on, and one more on each side."""
+    cells = frame.origin.inverse().apply(corners) / frame.resolution
+    low = np.maximum(np.floor(cells.min(axis=0)).astype(int) - 1, 0)
+    high = np.minimum(np.ceil(cells.max(axis=0)).astype(int) + 1, frame.shape[::-1])
+    return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
 
 
 def _grown(reference: GridFrame, corners: Sequence[NDArray[np.float64]]) -> GridFrame:

@@ -9,21 +9,25 @@ from numpy.typing import NDArray
 
 from mapping.similarity2 import Similarity2
 from merge.chart import Chart
-from merge.consistency import Group, predicted
 from merge.descent import LINE_SHARE
 from merge.edge import Edge
+from merge.group import Group, predicted
 from merge.laying import add_equations, add_equations_back
 from merge.pose_graph import averaged
-from merge.walls import compare_walls, thinned, tolerance_cells
+from merge.walls import TOLERANCE_CELLS, compare_walls, thinned
 from merge.witness import on_charts
 
-ROUNDS = 8
+ROUNDS = 6
 MOST_POINTS = 1500
-FIRST_GATE_SHARE = 0.02
-"""How far apart walls may lie and still be one, at first, as a share of the smaller map's diagonal."""
+GATE_TOLERANCES = 4.0
+"""How far apart walls may lie and still be one, in tolerances of their pair: drift moves parts of a map against one
+another, and a narrower gate would hear those only that happen to fit."""
 
-LAST_GATE_CELLS = 2.0
-"""In the end, in cells of the coarser map: never less, but the tolerance of the pair where that is more."""
+FIRST_GATE_SHARE = 0.02
+"""The same at first, at least, as a share of the smaller map's diagonal."""
+
+WORSE = 0.02
+"""How much less walls may agree in the end than before: the mean of a map that is bent lays no part of it best."""
 
 STIFFNESS = 1e-3
 """What holds a pair that its walls let slide, as a share of what its walls hold."""
@@ -38,7 +42,7 @@ def joint(group: Group, chart: Callable[[int], Chart], tolerances: Tolerances, f
     Every point of either surface of each pair that agrees is laid on its nearest on the other (as in
     :func:`merge.refinement.refine`); what a pair's points say is one quadratic form of four unknowns, exactly, and the
     sum over all pairs is made least by SciPy's sparse least squares; then all is laid anew, with a narrower gate. Walls
-    must agree no less in the end than before, or the poses stay. A group without a cycle is as its pairs have it.
+    must agree nearly as well in the end as before, or the poses stay. A group without a cycle is as its pairs have it.
     """
     if len(group.edges) < len(group.poses):
         return group
@@ -49,7 +53,7 @@ def joint(group: Group, chart: Callable[[int], Chart], tolerances: Tolerances, f
         if len(edges) == len(group.edges):
             poses = averaged(poses, edges, group.root, fixed_scale)
     refined = Group(poses, group.edges)
-    return refined if agreement(refined, chart) >= agreement(group, chart) else group
+    return refined if agreement(refined, chart) >= agreement(group, chart) - WORSE else group
 
 
 def agreement(group: Group, chart: Callable[[int], Chart]) -> float:
@@ -95,11 +99,8 @@ def _laid(
 
 
 def _gate(target: Chart, source: Chart, scale: float, tolerance: float | None, progress: float) -> float:
-    coarser = max(1.0, scale)
-    last = max(LAST_GATE_CELLS * coarser, (tolerance or 0.0) * coarser)
-    first = max(
-        last, FIRST_GATE_SHARE * min(target.diagonal, scale * source.diagonal), tolerance_cells(target, source, scale)
-    )
+    last = GATE_TOLERANCES * max(1.0, scale) * (tolerance or TOLERANCE_CELLS)
+    first = max(last, FIRST_GATE_SHARE * min(target.diagonal, scale * source.diagonal))
     return float(first * (last / first) ** progress)
 
 

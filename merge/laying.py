@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 FACING_COSINE = 0.5
 
-Surface = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32], NDArray[np.float32], int]
+Indices = NDArray[np.uint16] | NDArray[np.int32]
+
+Surface = tuple[NDArray[np.float64], NDArray[np.float64], Indices, NDArray[np.float32], int]
 """Points (N, 2), normals (N, 2), nearest (4, rows, cols), depth and margin of a :class:`merge.chart.Chart`."""
 
 Equations = NDArray[np.float64]
@@ -38,8 +40,8 @@ def nearest_point(below: Surface, x: float, y: float, nx: float, ny: float) -> t
     everywhere = nx == 0.0 and ny == 0.0
     first = 0 if everywhere else sector(nx, ny)
     for k in range(first, 4 if everywhere else first + 1):
-        index = nearest[k, row, col]
-        if index >= 0:
+        index = int(nearest[k, row, col])
+        if index < len(points):
             distance = math.hypot(x - points[index, 0], y - points[index, 1])
             if distance < best_distance:
                 best, best_distance = index, distance

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from mapping.similarity2 import Similarity2
-from merge.edge import Edge, difference
+from merge.edge import Edge, EdgeTable
+from merge.motions import Motions, rotations
 
 Poses = Mapping[int, Similarity2]
 """Where maps lie: root_from_map between local frames."""
+
+BRIDGE = 1e-6
+"""An edge of which the others leave less than this share free is one without which the graph falls apart."""
 
 
 def averaged(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> dict[int, Similarity2]:
@@ -24,35 +29,83 @@ def averaged(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) 
     """
     from scipy.optimize import least_squares  # only teams need it
 
-    free = [index for index in sorted(poses) if index != root]
     if len(edges) < len(poses):  # a tree is as its edges have it
         return dict(poses)
-    unknowns = 3 if fixed_scale else 4
-    whitening = [whitener(edge.covariance[:unknowns, :unknowns]) for edge in edges]
-    column = {index: unknowns * k for k, index in enumerate(free)}
+    system = _System.of(poses, edges, root, fixed_scale)
+    start = packed(poses, system.free, system.unknowns)
+    found = least_squares(system.residuals, start, system.jacobian, x_scale="jac", tr_solver="lsmr", max_nfev=30)
+    return unpacked(found.x, poses, system.free, system.unknowns)
 
-    def residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        placed = unpacked(values, poses, free, unknowns)
-        return np.concatenate(
-            [
-                white @ difference(placed[e.target].inverse() @ placed[e.source], e.target_from_source)[:unknowns]
-                for white, e in zip(whitening, edges, strict=True)
-            ]
+
+def strains(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> NDArray[np.float64]:
+    """By how much each edge (E,) differs from what all the others say of its pair, as a square by the covariance of
+    that difference; 0 for what no other edge speaks of. ``poses`` are the mean of the edges.
+
+    Source: data snooping (Baarda 1968): the residual of an observation, by the share of it that the others control.
+    """
+    if len(edges) < len(poses):
+        return np.zeros(len(edges))
+    system = _System.of(poses, edges, root, fixed_scale)
+    at = packed(poses, system.free, system.unknowns)
+    slopes = np.asarray(system.jacobian(at).todense())
+    spread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
+    slopes = slopes.reshape(len(edges), system.unknowns, -1)
+    free = np.eye(system.unknowns) - slopes @ spread @ slopes.transpose(0, 2, 1)
+    controlled = np.linalg.eigvalsh(free)[:, 0] > BRIDGE
+    free[~controlled] = np.eye(system.unknowns)
+    off = system.residuals(at).reshape(len(edges), system.unknowns, 1)
+    squares = (off * np.linalg.solve(free, off)).sum(axis=(1, 2))
+    return np.where(controlled, squares, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Residuals of all edges and how they change with the poses of the ``free`` maps; ``start`` has those and, last,
+    the root, by which place ``targets`` and ``sources`` index."""
+
+    start: Motions
+    free: Sequence[int]
+    edges: EdgeTable
+    whiteners: NDArray[np.float64]
+    targets: NDArray[np.intp]
+    sources: NDArray[np.intp]
+    unknowns: int
+
+    @staticmethod
+    def of(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> _System:
+        free = [index for index in sorted(poses) if index != root]
+        at = {index: k for k, index in enumerate([*free, root])}
+        table, unknowns = EdgeTable.of(edges), 3 if fixed_scale else 4
+        targets, sources = (
+            np.array([at[index] for index in ends.tolist()], np.intp) for ends in (table.targets, table.sources)
         )
+        whiteners = np.linalg.inv(np.linalg.cholesky(table.covariances[:, :unknowns, :unknowns]))
+        start = Motions.of(poses[index] for index in at)
+        return _System(start, free, table, whiteners, targets, sources, unknowns)
 
-    def jacobian(values: NDArray[np.float64]) -> csr_array:
-        placed = unpacked(values, poses, free, unknowns)
-        blocks = [whitened @ both for whitened, both in zip(whitening, _slopes(placed, edges, unknowns), strict=True)]
-        return assembled(blocks, edges, column, unknowns)
+    def residuals(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        placed = self._placed(values)
+        off = (placed[self.targets].inverse() @ placed[self.sources]).minus(self.edges.found)
+        return np.asarray((self.whiteners @ off[:, : self.unknowns, None]).ravel())
 
-    start = packed(poses, free, unknowns)
-    found = least_squares(residuals, start, jacobian, x_scale="jac", tr_solver="lsmr", max_nfev=30)
-    return unpacked(found.x, poses, free, unknowns)
+    def jacobian(self, values: NDArray[np.float64]) -> csr_array:
+        """The sparse Jacobian: a block for the target and one for the source of each edge."""
+        placed = self._placed(values)
+        number = self.unknowns
+        kept = [k for k in range(8) if k % 4 < number]
+        blocks = self.whiteners @ slopes(placed[self.targets], placed[self.sources])[:, :number][:, :, kept]
+        first = np.stack((self.targets, self.sources), axis=-1) * number
+        cols = np.broadcast_to((first[:, :, None] + np.arange(number)).reshape(-1, 1, 2 * number), blocks.shape)
+        rows = np.broadcast_to(np.arange(len(blocks) * number).reshape(-1, number, 1), blocks.shape)
+        moved = cols < number * len(self.free)
+        shape = len(blocks) * number, number * len(self.free)
+        return csr_array((blocks[moved], (rows[moved], cols[moved])), shape=shape)
 
-
-def whitener(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix that makes a residual of that covariance one of unit covariance."""
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+    def _placed(self, values: NDArray[np.float64]) -> Motions:
+        rows = values.reshape(len(self.free), self.unknowns)
+        scale = np.exp(rows[:, 3]) if self.unknowns == 4 else np.abs(self.start.turn[:-1])
+        turn = np.append(scale * np.exp(1j * rows[:, 2]), self.start.turn[-1])
+        return Motions(turn, np.append(rows[:, 0] + 1j * rows[:, 1], self.start.shift[-1]))
 
 
 def packed(poses: Poses, free: Sequence[int], unknowns: int) -> NDArray[np.float64]:
@@ -70,41 +123,14 @@ def unpacked(values: NDArray[np.float64], poses: Poses, free: Sequence[int], unk
     return placed
 
 
-def assembled(
-    blocks: Sequence[NDArray[np.float64]], edges: Sequence[Edge], column: Mapping[int, int], unknowns: int
-) -> csr_array:
-    """The sparse Jacobian of edges in turn, whose blocks (rows, 2 unknowns) belong to the target and to the source."""
-    data, rows, cols = [], [], []
-    row = 0
-    for block, edge in zip(blocks, edges, strict=True):
-        for k, index in enumerate((edge.target, edge.source)):
-            if index in column:
-                part = block[:, k * unknowns : (k + 1) * unknowns]
-                data.append(part.ravel())
-                rows.append(np.repeat(np.arange(row, row + len(part)), unknowns))
-                cols.append(np.tile(np.arange(column[index], column[index] + unknowns), len(part)))
-        row += len(block)
-    shape = (row, unknowns * len(column))
-    return csr_array((np.concatenate(data), (np.concatenate(rows), np.concatenate(cols))), shape=shape)
-
-
-def _slopes(placed: Poses, edges: Sequence[Edge], unknowns: int) -> list[NDArray[np.float64]]:
-    return [slope(placed[edge.target], placed[edge.source])[:unknowns][:, _kept(unknowns)] for edge in edges]
-
-
-def _kept(unknowns: int) -> list[int]:
-    return [k for k in range(8) if k % 4 < unknowns]
-
-
-def slope(target: Similarity2, source: Similarity2) -> NDArray[np.float64]:
-    """d (x, y, yaw, log scale) of target^-1 source by those of the target and of the source: (4, 8)."""
-    c, s = math.cos(target.yaw) / target.scale, math.sin(target.yaw) / target.scale
-    back = np.array([[c, s], [-s, c]])
-    between = back @ np.array([source.x - target.x, source.y - target.y])
-    out = np.zeros((4, 8))
-    out[:2, :2], out[:2, 4:6] = -back, back
-    out[:2, 2] = between[1], -between[0]  # turning the target turns what lies between the other way
-    out[:2, 3] = -between
-    out[2, 2], out[2, 6] = -1.0, 1.0
-    out[3, 3], out[3, 7] = -1.0, 1.0
+def slopes(targets: Motions, sources: Motions) -> NDArray[np.float64]:
+    """d (x, y, yaw, log scale) of target^-1 source by those of the target and of the source: (E, 4, 8)."""
+    back = rotations(1.0 / targets.turn)
+    between = (sources.shift - targets.shift) / targets.turn
+    out = np.zeros((len(between), 4, 8))
+    out[:, :2, :2], out[:, :2, 4:6] = -back, back
+    out[:, 0, 2], out[:, 1, 2] = between.imag, -between.real  # turning the target turns what lies between back
+    out[:, 0, 3], out[:, 1, 3] = -between.real, -between.imag
+    out[:, 2, 2], out[:, 2, 6] = -1.0, 1.0
+    out[:, 3, 3], out[:, 3, 7] = -1.0, 1.0
     return out

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from mapping.seeds import Role, stream
 from merge.facing import Facing
@@ -20,6 +22,9 @@ GLANCE_POINTS = 400
 
 PARTNERS = 5
 """Each map is matched with so many others that promise most, and again with as many where it was not joined."""
+
+BLOCK = 10
+"""Pairs are looked at in blocks of so many maps by so many, so that a map is not sent to a worker for each."""
 
 Pair = tuple[int, int]
 
@@ -37,6 +42,31 @@ def promise(task: PairTask, shelf: Shelf | None = None) -> float:
         compare_walls(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).agreement for place in places
     )
     return max(laid, default=0.0)
+
+
+def promises(tasks: Sequence[PairTask], shelf: Shelf | None = None) -> list[float]:
+    """Of each pair."""
+    return [promise(task, shelf) for task in tasks]
+
+
+def in_blocks(pairs: Iterable[Pair]) -> list[list[Pair]]:
+    """The pairs by blocks of their maps."""
+    blocks: dict[Pair, list[Pair]] = {}
+    for a, b in pairs:
+        blocks.setdefault((a // BLOCK, b // BLOCK), []).append((a, b))
+    return list(blocks.values())
+
+
+def in_order(pairs: Sequence[Pair]) -> list[Pair]:
+    """The pairs so that those of a map, and of the maps that it is matched with, follow one another: what was made of
+    them is then still at hand (Cuthill and McKee 1969)."""
+    if not pairs:
+        return []
+    ends = np.array(pairs).T
+    number = int(ends.max()) + 1
+    graph = csr_array((np.ones(2 * len(pairs)), np.hstack((ends, ends[::-1]))), shape=(number, number))
+    rank = np.argsort(reverse_cuthill_mckee(graph, symmetric_mode=True))
+    return sorted(pairs, key=lambda pair: sorted(rank[list(pair)].tolist()))
 
 
 def partners(promises: NDArray[np.float64], wanted: Iterable[Pair], most: int = PARTNERS) -> list[Pair]:

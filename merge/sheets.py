@@ -25,27 +25,38 @@ MOST_CELLS = 2**21
 """Larger maps are compared in wider cells: what they cost is bounded, and 1,000 cells a side tell places apart."""
 
 KEPT = 40
-"""Sheets that a shelf holds: one of a map of 400 x 400 cells takes about 8 MB."""
+"""Maps that a shelf holds: what is known of one of 400 x 400 cells takes about 8 MB."""
 
 Method = Proposer[Any] | Published[Any]
 
 
 class Shelf:
-    """The sheets of the maps that were last asked for."""
+    """What is known of the maps that were last asked for."""
 
     def __init__(self, kept: int = KEPT) -> None:
         self._kept = kept
-        self._sheets: OrderedDict[tuple[bytes, tuple[Method, ...]], Sheet] = OrderedDict()
+        self._maps: OrderedDict[bytes, tuple[Chart, dict[Method, Any]]] = OrderedDict()
+
+    def chart(self, grid: OccupancyGrid) -> Chart:
+        """The chart of a map, made where it is not at hand."""
+        return self._known(grid)[0]
 
     def sheet(self, grid: OccupancyGrid, methods: Sequence[Method]) -> Sheet:
         """The sheet of a map for these methods, made where it is not at hand."""
-        key = fingerprint(grid), tuple(methods)
-        if key not in self._sheets:
-            self._sheets[key] = make_sheet(grid, methods)
-        self._sheets.move_to_end(key)
-        if len(self._sheets) > self._kept:
-            self._sheets.popitem(last=False)
-        return self._sheets[key]
+        chart, descriptions = self._known(grid)
+        for method in methods:
+            if method not in descriptions:
+                descriptions[method] = method.describe(chart)
+        return Sheet(chart, tuple(descriptions[method] for method in methods))
+
+    def _known(self, grid: OccupancyGrid) -> tuple[Chart, dict[Method, Any]]:
+        key = fingerprint(grid)
+        if key not in self._maps:
+            self._maps[key] = make_chart(grid), {}
+        self._maps.move_to_end(key)
+        if len(self._maps) > self._kept:
+            self._maps.popitem(last=False)
+        return self._maps[key]
 
 
 def fingerprint(grid: OccupancyGrid) -> bytes:
@@ -53,12 +64,10 @@ def fingerprint(grid: OccupancyGrid) -> bytes:
     return hashlib.sha256(repr(grid.frame.shape).encode() + grid.log_odds.tobytes()).digest()
 
 
-def make_sheet(grid: OccupancyGrid, methods: Sequence[Method]) -> Sheet:
-    """The chart of a map's known part, in its own cells or, of a large map, in wider ones, and what the methods need to
-    know of it."""
+def make_chart(grid: OccupancyGrid) -> Chart:
+    """The chart of a map's known part, in its own cells or, of a large map, in wider ones."""
     in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds).cropped()
-    chart = Chart(_lighter(in_cells).cropped(MARGIN_CELLS))
-    return Sheet(chart, tuple(method.describe(chart) for method in methods))
+    return Chart(_lighter(in_cells).cropped(MARGIN_CELLS))
 
 
 def cell_width(chart: Chart) -> float:

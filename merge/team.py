@@ -1,28 +1,24 @@
-"""A team being merged: which pairs are matched, what they say together, and what that says of them again."""
+"""A team being merged: what its pairs say together, and what that says of them again."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor
+import dataclasses
+from collections.abc import Iterable, Sequence
 from itertools import combinations
-from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mapping.map_set import MapSet
+from mapping.grid import OccupancyGrid
 from mapping.similarity2 import Similarity2
-from merge.consistency import Group, agrees, consistent, predicted, settled
+from merge.consistency import consistent
 from merge.edge import Edge, Ground
+from merge.group import Group, agrees, predicted, settled
+from merge.joining import Join, ends, joined
 from merge.joint import joint
-from merge.matching import PairTask, canonical, match, run_tasks
-from merge.prior import CONTRADICTS_PRIOR, Expected, expected_places
-from merge.promise import PARTNERS, Pair, apart, partners, promise
+from merge.matching import PairTask, match
+from merge.pairs import Pairs
+from merge.promise import Pair
 from merge.recovery import AGAINST_TEAM, NO_OVERLAP, NOT_PROMISING, NearTask, edge, match_near, not_tried, refused, won
+from merge.regained import LEAST_AGREEING, agreeing_refusals, borne_out, quilt
 from merge.result import PairResult
-from merge.scale_range import ScaleRange
-from merge.settings import MergeSettings
-from merge.sheets import Shelf
 from merge.witness import Witness
 
 ROUNDS = 2
@@ -31,73 +27,23 @@ ROUNDS = 2
 WORTH = 0.5
 """Log-odds from a glance at the cells from which a pair is judged again where the team puts it."""
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
 
-
-class Team:
-    """Maps in the order of what they hold, so that nothing depends on the order in which they came.
-
-    ``answers`` has what became of each pair so far, by indices in that order, lower first; ``maps`` are in it.
-    """
-
-    def __init__(
-        self,
-        maps: MapSet,
-        settings: MergeSettings,
-        seed: int,
-        on_progress: Callable[[int, int], None] | None,
-        executor: Executor | None,
-        answers: Mapping[tuple[str, str], PairResult],
-    ) -> None:
-        self.names = maps.names
-        self.maps = _ordered(maps)
-        self.settings, self.seed, self.executor = settings, seed, executor
-        self.scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
-        self.shelf = Shelf()
-        self.answers: dict[Pair, PairResult] = {}
-        self.expected: dict[tuple[str, str], Expected] = expected_places(settings.priors, settings.reference)
-        self._place_of_name = {name: index for index, name in enumerate(self.maps.names)}
-        self._on_progress, self._done, self._planned = on_progress, 0, 0
-        for (target, source), answer in answers.items():
-            if target in self._place_of_name and source in self._place_of_name:
-                self.answers[self.pair_of(target, source)] = answer
+class Team(Pairs):
+    """The pairs of a team, and the groups that they make."""
 
     def solve(self) -> list[Group]:
         """Match pairs, group the maps, and refine; ``answers`` then has the verdict of each pair."""
-        self._match_pairs()
-        methods = self.task((0, 1)).methods if len(self.maps) > 1 else ()
-        self.grounds = Ground.all(self.maps, self.shelf, methods)
-        self.witness = Witness(self.maps, self.grounds, self.shelf, methods)
+        self.match_pairs()
+        self.grounds = Ground.all(self.maps, self.shelf)
+        self.witness = Witness(self.maps, self.grounds, self.shelf)
         groups = self._groups()
         for _ in range(ROUNDS - 1):
-            chosen = self._more_pairs(groups)
+            chosen = self.more_pairs(groups)
             if not chosen:
                 break
-            self._match(chosen)
+            self.match(chosen)
             groups = self._groups()
-        return [self._finished(group) for group in groups]
-
-    def task(self, pair: Pair) -> PairTask:
-        """A pair to match, its maps in the order in which they came."""
-        first, second = sorted(pair, key=lambda index: self.names.index(self.maps.names[index]))
-        return PairTask.of(self.maps, first, second, self.scale, self.settings, self.seed)
-
-    def pair_of(self, target: str, source: str) -> Pair:
-        a, b = self._place_of_name[target], self._place_of_name[source]
-        return min(a, b), max(a, b)
-
-    def place(self, name: str) -> int:
-        """The index of a map."""
-        return self._place_of_name[name]
-
-    @property
-    def trusted(self) -> bool:
-        """Whether the resolutions that the maps state are true."""
-        return self.maps.resolutions_trusted and all(unit == "m" for unit in self.maps.units)
-
-    def pairs(self) -> list[Pair]:
-        return list(combinations(range(len(self.maps)), 2))
+        return self._regained([self._finished(group) for group in groups])
 
     def edge(self, answer: PairResult) -> Edge:
         indices = self._place_of_name[answer.target], self._place_of_name[answer.source]
@@ -108,49 +54,6 @@ class Team:
         a, b = self._place_of_name[target], self._place_of_name[source]
         local = predicted(group, a, b)
         return self.grounds[a].metres_from_local @ local @ self.grounds[b].metres_from_local.inverse()
-
-    def _match_pairs(self) -> None:
-        wanted = [pair for pair in self.pairs() if pair not in self.answers]
-        if len(self.maps) > PARTNERS + 1:
-            self._promises = self._promised(wanted)
-            wanted = partners(self._promises, wanted)
-        self._match(wanted)
-
-    def _more_pairs(self, groups: Sequence[Group]) -> list[Pair]:
-        untried = [pair for pair in apart([list(group.poses) for group in groups]) if pair not in self.answers]
-        return partners(self._promises, untried) if untried else []
-
-    def _promised(self, pairs: Sequence[Pair]) -> NDArray[np.float64]:
-        found = np.zeros((len(self.maps), len(self.maps)))
-        tasks = [self.task(pair) for pair in pairs]
-        for pair, value in zip(pairs, self._run(promise, tasks), strict=True):
-            found[pair] = found[pair[::-1]] = value
-        return found
-
-    def _match(self, pairs: Sequence[Pair]) -> None:
-        for pair, answer in zip(pairs, self._run(match, [self.task(pair) for pair in pairs]), strict=True):
-            self.answers[pair] = answer
-        if self.expected:
-            self._hear_priors(pairs)
-
-    def _hear_priors(self, pairs: Iterable[Pair]) -> None:
-        """Refuse what contradicts the start poses; and look around them where nothing else was found."""
-        open_pairs = []
-        for pair in pairs:
-            answer = self.answers[pair]
-            expected = self.expected.get((answer.target, answer.source))
-            if expected is None:
-                continue
-            found = answer.target_from_source
-            if not answer.accepted or found is None or not expected.allows(found):
-                open_pairs.append((pair, expected))
-        tasks = [NearTask(self.task(pair), expected) for pair, expected in open_pairs]
-        for (pair, expected), near in zip(open_pairs, self._run(match_near, tasks), strict=True):
-            before, found = self.answers[pair], near.target_from_source
-            if near.accepted and found is not None and expected.allows(found):
-                self.answers[pair] = won(before, near, "prior")
-            elif before.accepted:
-                self.answers[pair] = refused(before, CONTRADICTS_PRIOR, "prior")
 
     def _groups(self) -> list[Group]:
         edges = [self.edge(self.answers[pair]) for pair in sorted(self.answers) if self.answers[pair].accepted]
@@ -172,7 +75,7 @@ class Team:
             task = self.task(pair)
             tasks.append(NearTask(task, self.metric(group, *task.names)))
         edges = list(group.edges)
-        for pair, answer in zip(near, self._run(match_near, tasks), strict=True):
+        for pair, answer in zip(near, self.run(match_near, tasks), strict=True):
             if answer.accepted and self._as_predicted(answer, group):
                 self.answers[pair] = won(self.answers.get(pair), answer, "team")
                 edges.append(self.edge(answer))
@@ -185,6 +88,81 @@ class Team:
             if len(edges) > len(group.edges)
             else group
         )
+
+    def _regained(self, groups: list[Group]) -> list[Group]:
+        """The groups, those joined that refused answers and all their maps together join."""
+        tried: set[tuple[frozenset[int], frozenset[int]]] = set()
+        while True:
+            for first, second in combinations(sorted(groups, key=lambda group: (-len(group.poses), group.root)), 2):
+                key = frozenset(first.poses), frozenset(second.poses)
+                if len(first.poses) == 1 or key in tried:
+                    continue
+                tried.add(key)
+                both = self._together(first, second)
+                if both is not None:
+                    groups = [*(group for group in groups if group not in (first, second)), self._finished(both)]
+                    break
+            else:
+                return sorted(groups, key=lambda group: group.root)
+
+    def _together(self, first: Group, second: Group) -> Group | None:
+        """Two groups as one, on refused answers that agree with one another and with their maps matched as one each."""
+        answers = [
+            self.answers[pair]
+            for pair in sorted((min(a, b), max(a, b)) for a in first.poses for b in second.poses)
+            if pair in self.answers
+        ]
+        ways = agreeing_refusals(first, second, answers, self.edge, self.scale.fixed)
+        if not ways:
+            return None
+        there, here = self._quilt(first), self._quilt(second)
+        found = self.run(match, [self._quilt_task(there, here)])[0]
+        if not found.accepted or found.target_from_source is None:
+            return None
+        place = first.poses[there[0]] @ self._local(found.target_from_source, there[0], here[0])
+        place = place @ second.poses[here[0]].inverse()
+        both = Group({**first.poses, **{index: place @ pose for index, pose in second.poses.items()}}, ())
+        for way in ways:
+            pairs = ends(borne_out(way, first, second, place, self.scale.fixed))
+            if len(pairs) >= LEAST_AGREEING and self._allowed(both, first, second):
+                edges = self._won(both, pairs, found.confidence)
+                return joined(first, second, Join(place, edges, 0.0), self.scale.fixed) if edges else None
+        return None
+
+    def _won(self, group: Group, pairs: Iterable[frozenset[int]], confidence: float) -> tuple[Edge, ...]:
+        """Refused pairs, told anew where the group puts them."""
+        ordered = sorted((min(pair), max(pair)) for pair in pairs)
+        tasks = [NearTask(task, self.metric(group, *task.names)) for task in map(self.task, ordered)]
+        edges = []
+        for pair, answer in zip(ordered, self.run(match_near, tasks), strict=True):
+            if answer.target_from_source is not None and self._as_predicted(answer, group):
+                told = dataclasses.replace(answer, accepted=True, reason=None, confidence=confidence)
+                self.answers[pair] = won(self.answers[pair], told, "team")
+                edges.append(self.edge(told))
+        return tuple(edges)
+
+    def _allowed(self, both: Group, first: Group, second: Group) -> bool:
+        """Whether no start pose speaks against two groups lying so."""
+        names = self.maps.names
+        pairs = ((names[a], names[b]) for a in first.poses for b in second.poses)
+        told = ((self.expected[pair], self.metric(both, *pair)) for pair in pairs if pair in self.expected)
+        return all(expected.allows(found) for expected, found in told)
+
+    def _quilt(self, group: Group) -> tuple[int, OccupancyGrid]:
+        """What a group has merged so far, in the frame of its largest map, and which that is."""
+        members = sorted(group.poses, key=lambda k: -self.grounds[k].area * group.poses[k].scale ** 2)
+        names = [self.maps.names[k] for k in members]
+        places = [self.metric(group, names[0], name) for name in names]
+        return members[0], quilt(zip(places, (self.maps.grids[k] for k in members), strict=True))
+
+    def _quilt_task(self, target: tuple[int, OccupancyGrid], source: tuple[int, OccupancyGrid]) -> PairTask:
+        units = self.maps.units[target[0]], self.maps.units[source[0]]
+        grids = target[1], source[1]
+        return PairTask(("merged", "merged"), grids, units, self.scale, self.settings, self.seed)
+
+    def _local(self, metric: Similarity2, target: int, source: int) -> Similarity2:
+        """target_from_source in local frames, from that in metres."""
+        return self.grounds[target].metres_from_local.inverse() @ metric @ self.grounds[source].metres_from_local
 
     def _as_predicted(self, answer: PairResult, group: Group) -> bool:
         found = self.edge(answer)
@@ -215,26 +193,3 @@ class Team:
                 self.answers[pair] = refused(answer, AGAINST_TEAM, "team")
         in_order = sorted(self.answers, key=lambda pair: tuple(map(self.names.index, self.task(pair).names)))
         return [self.answers[pair] for pair in in_order]
-
-    def _run(self, function: Callable[[Task, Shelf | None], Result], tasks: Sequence[Task]) -> list[Result]:
-        self._planned += len(tasks)
-
-        def step() -> None:
-            self._done += 1
-            if self._on_progress is not None:
-                self._on_progress(self._done, self._planned)
-
-        return run_tasks(function, tasks, self.shelf, self.executor, step)
-
-
-def _ordered(maps: MapSet) -> MapSet:
-    order = sorted(
-        range(len(maps)), key=lambda index: (canonical(maps.grids[index]), maps.grids[index].frame.resolution)
-    )
-    return MapSet(
-        tuple(maps.names[k] for k in order),
-        tuple(maps.grids[k] for k in order),
-        tuple(maps.units[k] for k in order),
-        maps.resolutions_trusted,
-        maps.provenance,
-    )

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from mapping.similarity2 import Similarity2
-from merge.consistency import Group
 from merge.fusion import finest, fuse_and_compare
+from merge.group import Group
 from merge.result import MergedGroup, MergeResult, PairResult
 from merge.team import Team
 

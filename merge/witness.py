@@ -12,7 +12,7 @@ from merge.chart import Chart
 from merge.edge import Ground
 from merge.refinement import refine
 from merge.scale_range import ScaleRange
-from merge.sheets import Method, Shelf
+from merge.sheets import Shelf
 from merge.shortlist import apart, smaller_diagonal
 from merge.walls import Walls, compare_walls
 
@@ -42,17 +42,26 @@ STRAY_SHARE = 0.03
 class Witness:
     """Asked for the log-odds that a source lies at a place on a target, by index; 0 where they share nothing."""
 
-    def __init__(self, maps: MapSet, grounds: Sequence[Ground], shelf: Shelf, methods: Sequence[Method] = ()) -> None:
-        self._maps, self._grounds, self._shelf, self._methods = maps, grounds, shelf, tuple(methods)
+    def __init__(self, maps: MapSet, grounds: Sequence[Ground], shelf: Shelf) -> None:
+        self._maps, self._grounds, self._shelf = maps, grounds, shelf
         self._heard: dict[tuple[int, int, Similarity2], float] = {}
+        self._charts: dict[int, Chart] = {}
 
     def __call__(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if target > source:
             target, source, target_from_source = source, target, target_from_source.inverse()
-        key = target, source, target_from_source
+        key = target, source, self._rounded(source, target_from_source)
         if key not in self._heard:
             self._heard[key] = self._told(*key)
         return self._heard[key]
+
+    def _rounded(self, source: int, place: Similarity2) -> Similarity2:
+        """By a quarter of a cell at most: what hardly moves need not be heard again."""
+        turn = 1.0 / self._grounds[source].diagonal
+        scale = math.exp(turn * round(math.log(place.scale) / turn))
+        return Similarity2(
+            round(2.0 * place.x) / 2.0, round(2.0 * place.y) / 2.0, turn * round(place.yaw / turn), scale
+        )
 
     def _told(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if not self.may_meet(target, source, target_from_source):
@@ -69,7 +78,9 @@ class Witness:
         return min(BEST, max(WORST, told)) * min(1.0, walls.judged / MUCH_JUDGED)
 
     def chart(self, index: int) -> Chart:
-        return self._shelf.sheet(self._maps.grids[index], self._methods).chart
+        if index not in self._charts:
+            self._charts[index] = self._shelf.chart(self._maps.grids[index])
+        return self._charts[index]
 
     def may_meet(self, target: int, source: int, target_from_source: Similarity2) -> bool:
         """Whether the circles around the two overlap."""

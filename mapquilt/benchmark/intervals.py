@@ -66,6 +66,20 @@ def ratio_of_medians(
     return float(np.median(above) / np.median(below)), _percentiles(ratios)
 
 
+def ratio_of_medians_over_clusters(
+    above: Sequence[Sequence[float]], below: Sequence[Sequence[float]], rng: np.random.Generator
+) -> tuple[float, Interval]:
+    """median(above) / median(below) of values that come in clusters, and its interval by a bootstrap that draws those
+    again whole."""
+
+    def ratio(drawn: Sequence[int]) -> float:
+        over, under = (np.concatenate([values[k] for k in drawn]) for values in (above, below))
+        return float(np.median(over) / np.median(under))
+
+    ratios = [ratio(drawn) for drawn in rng.integers(0, len(above), (RESAMPLES, len(above))).tolist()]
+    return ratio(range(len(above))), _percentiles(np.array(ratios))
+
+
 def _percentiles(values: NDArray[np.float64]) -> Interval:
     low, high = np.quantile(values, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0))
     return Interval(float(low), float(high))

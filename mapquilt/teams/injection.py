@@ -16,7 +16,7 @@ from mapping.similarity2 import Similarity2
 from mapquilt.teams.drawn_team import DrawnTeam
 from merge.chart import Chart
 from merge.result import PairResult
-from merge.sheets import make_sheet, metres_from_chart
+from merge.sheets import make_chart, metres_from_chart
 from merge.walls import compare_walls
 
 Pair = tuple[int, int]
@@ -66,7 +66,7 @@ def inject(team: DrawnTeam, share: float, rng: np.random.Generator, draws: int =
         taken = taken if taken is not None else spare.pop()
         right = [pair for pair in right if pair != taken]
         wrong.append(taken)
-    charts = [make_sheet(grid, ()).chart for grid in team.maps.grids]
+    charts = [make_chart(grid) for grid in team.maps.grids]
     answers = [
         _answer(team, (a, b), (charts[a], charts[b]), draws if (a, b) in wrong else 0, rng)
         for a, b in sorted([*right, *wrong])

@@ -12,8 +12,10 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from mapping.similarity2 import Similarity2
 from mapquilt.teams.drawn_team import DrawnSettings, DrawnTeam, draw_team
 from mapquilt.teams.injection import inject
-from merge.consistency import Group, consistent
+from merge.consistency import consistent
 from merge.edge import Ground, edge_of
+from merge.group import Group
+from merge.merger import merge_maps
 from merge.result import MergeResult, PairResult
 from merge.sheets import Shelf
 from merge.witness import Witness
@@ -78,6 +80,25 @@ def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Group]:
     place = team.maps.names.index
     edges = [edge_of(pair, (place(pair.target), place(pair.source)), grounds) for pair in pairs]
     return consistent(len(team.maps), edges, witness, team.maps.resolutions_trusted)
+
+
+@dataclass(frozen=True)
+class PoseTrial:
+    """Errors of the maps of one team, each against the reference's, as :func:`pose_errors` has them."""
+
+    joint: tuple[float, ...]
+    chained: tuple[float, ...]
+
+
+def pose_trial(seed: int, maps: int = 8) -> PoseTrial | None:
+    """Poses refined together, and those along chained pairs, of a team that is matched for real; None where fewer than
+    three maps join."""
+    _, team = drawn(seed, maps=maps)
+    result = merge_maps(team.maps)
+    if len(result.reference_from_map) < 3:
+        return None
+    joint = pose_errors(team, dict(result.reference_from_map))
+    return PoseTrial(tuple(joint), tuple(pose_errors(team, chained(team, result))))
 
 
 def pose_errors(team: DrawnTeam, reference_from_map: dict[str, Similarity2]) -> list[float]:

@@ -9,8 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.similarity2 import Similarity2
-from merge.consistency import consistent, predicted, score
+from merge.consistency import consistent
 from merge.edge import Edge
+from merge.group import GATES, predicted
+from merge.mending import score
+from merge.pose_graph import strains
 from tests.merge.rooms import random_similarity
 
 DEVIATIONS = np.array([1.0, 1.0, 0.01, 0.01])
@@ -161,3 +164,38 @@ def test_a_fixed_scale_stays(fixed):
     (group,) = consistent(4, edges, silent, fixed)
     for index in range(4):
         assert predicted(group, 0, index).scale == pytest.approx(1.0, abs=1e-9 if fixed else 0.02)
+
+
+def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
+    """Its ends lie many right answers apart, which together give way until each of them, and it, passes; but what all
+    the others say of its pair, they say too exactly for it."""
+    number = 12
+    poses, rng = world(number, 11)
+    edges = [edge(poses, k, j, rng) for k in range(number) for j in (k + 1, k + 2) if j < number]
+    truth = poses[0].inverse() @ poses[number - 1]
+    along = math.hypot(truth.x, truth.y)
+    near = Similarity2(truth.x + 9.0 * truth.x / along, truth.y + 9.0 * truth.y / along, truth.yaw, truth.scale)
+    edges.append(Edge(0, number - 1, near, np.diag(3.0 * DEVIATIONS**2), 3.0))
+    (group,) = consistent(number, edges, silent, False)
+    squares = strains(group.poses, group.edges, group.root, False)
+    assert len(group.poses) == number
+    assert squares.max() < GATES[False]
+
+
+def test_a_sure_wrong_answer_that_is_believed_first_keeps_no_map_out():
+    poses, rng = world(3, 9)
+    edges = [
+        edge(poses, 0, 1, rng, wrong=True, weight=3.0),
+        edge(poses, 0, 2, rng, weight=0.8),
+        edge(poses, 1, 2, rng, weight=0.8),
+    ]
+
+    def cells(target, source, place):
+        """Those of the wrong place say nothing, as where maps hardly overlap."""
+        truth = poses[target].inverse() @ poses[source]
+        if math.hypot(place.x - truth.x, place.y - truth.y) < 10.0:
+            return 1.0
+        return 0.0 if {target, source} == {0, 1} else -3.0
+
+    (group,) = consistent(3, edges, cells, False)
+    assert ends(group.edges) == {(0, 2), (1, 2)}

@@ -5,9 +5,10 @@ import pytest
 
 from mapping.frame import GridFrame
 from mapping.grid import OccupancyGrid
+from mapping.resampling import resampled
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
-from merge.fusion import finest, fuse, fuse_and_compare
+from merge.fusion import SAMPLES, finest, fuse, fuse_and_compare
 
 FRAME = GridFrame(0.1, SE2(3.0, -2.0, 0.4), (2, 3))
 GRID = OccupancyGrid.from_occupancy(FRAME, [[100, 0, -1], [0, -1, 100]])
@@ -134,3 +135,21 @@ def test_cells_are_as_fine_as_the_finest_in_the_metres_of_the_reference():
     finer = finest(FRAME, [0.1, 0.04])
     assert (finer.resolution, finer.origin, finer.shape) == (0.04, FRAME.origin, (5, 8))
     assert finest(FRAME, [0.1, 0.2]) == FRAME
+
+
+def test_maps_looked_up_where_they_lie_are_as_looked_up_everywhere():
+    """By a slow sum over the whole merged raster."""
+    rng = np.random.default_rng(4)
+    grids = []
+    for place in (SELF, Similarity2(3.1, -2.3, 0.8, 0.7), Similarity2(-4.0, 1.2, -2.0, 1.4)):
+        frame = GridFrame(0.1, SE2(*rng.uniform(-2, 2, 2), rng.uniform(-3, 3)), (17, 23))
+        grids.append(
+            (place, OccupancyGrid.from_occupancy(frame, rng.choice([-1, 0, 100], (17, 23), p=[0.2, 0.6, 0.2])))
+        )
+    fused = fuse_and_compare(grids[0][1].frame, grids)
+    seen = [resampled(grid, place, fused.merged.frame, SAMPLES) for place, grid in grids]
+    total = np.sum(seen, axis=0, dtype=np.float32)
+    np.testing.assert_allclose(np.where(total == 0.0, 0.0, fused.merged.log_odds), total, atol=1e-5)
+    np.testing.assert_array_equal(fused.merged.known, np.any([part != 0.0 for part in seen], axis=0))
+    twice = np.sum([part != 0.0 for part in seen], axis=0) > 1
+    assert (fused.conflicts.free <= twice).all()

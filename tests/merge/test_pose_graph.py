@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from mapping.similarity2 import Similarity2
-from merge.edge import Edge, Ground, edge_of
-from merge.pose_graph import averaged, packed, slope, unpacked
+from merge.edge import Edge, EdgeTable, Ground, edge_of
+from merge.motions import Motions
+from merge.pose_graph import averaged, packed, slopes, strains, unpacked
 from merge.result import PairResult
 
 GROUNDS = (
@@ -26,7 +27,8 @@ def test_slopes_are_those_of_finite_differences():
     at[[3, 7]] = np.log(at[[3, 7]])
     steps = np.eye(8) * 1e-6
     expected = np.stack([(told(at + s) - told(at - s)) / 2e-6 for s in steps], axis=-1)
-    np.testing.assert_allclose(slope(target, source), expected, atol=1e-6)
+    found = slopes(Motions.of([source, target]), Motions.of([target, source]))[1]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("unknowns", [3, 4])
@@ -71,3 +73,33 @@ def test_a_covariance_in_metres_is_that_of_a_move_about_the_middle_of_the_source
     np.testing.assert_allclose(
         edge.covariance, factor * (bare + scattered), rtol=0.15, atol=0.03 * edge.covariance[0, 0]
     )
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_the_strain_of_an_edge_is_what_all_others_fit_better_without_it(fixed):
+    """Least squares with and without each edge: the sum of squares falls by the strain. A bridge has none."""
+    rng = np.random.default_rng(3)
+    poses = {k: Similarity2(*rng.uniform(-20, 20, 2), rng.uniform(-3, 3)) for k in range(5)}
+    pairs = [(0, 1), (1, 2), (2, 3), (0, 3), (0, 2), (3, 4)]
+    edges = []
+    for a, b in pairs:
+        truth = poses[a].inverse() @ poses[b]
+        move = np.array([0.1, 0.1, 0.005, 0.0]) * rng.standard_normal(4)
+        if (a, b) == (0, 3):
+            move[:2] += 0.5
+        found = Similarity2(truth.x + move[0], truth.y + move[1], truth.yaw + move[2])
+        edges.append(Edge(a, b, found, np.diag([0.1, 0.1, 0.005, 0.005]) ** 2, 1.0))
+
+    def squares(held):
+        told = averaged(poses, held, 0, fixed)
+        placed = [(Motions.of([told[e.target]]), Motions.of([told[e.source]])) for e in held]
+        misfits = [EdgeTable.of([e]).misfits(t.inverse() @ s, fixed)[0] for e, (t, s) in zip(held, placed, strict=True)]
+        return sum(misfits), told
+
+    whole, told = squares(edges)
+    found = strains(told, edges, 0, fixed)
+    for k in range(5):
+        without, _ = squares([*edges[:k], *edges[k + 1 :]])
+        assert found[k] == pytest.approx(whole - without, rel=0.03, abs=0.02)
+    assert found[5] == 0.0
+    assert int(np.argmax(found)) in (2, 3)  # the two of the ring that no chord parts: none can tell which is wrong

@@ -15,10 +15,11 @@ from mapping.map_set import MapSet
 from mapping.se2 import SE2
 from mapping.similarity2 import Similarity2
 from merge import MergeSettings, merge_maps
-from merge.consistency import Group
+from merge.decision import RIVAL
+from merge.group import Group
 from merge.joint import agreement, joint
 from merge.prior import CONTRADICTS_PRIOR, Prior
-from merge.promise import partners
+from merge.promise import in_blocks, in_order, partners
 from merge.recovery import AGAINST_TEAM, by_itself
 from merge.team import Team
 from tests.merge.rooms import hall, observed, random_similarity, rooms, viewpoints
@@ -88,6 +89,52 @@ def test_a_refused_pair_is_won_back_and_keeps_its_reason(three):
     assert off_cells(pair.target_from_source, frames[1] @ frames[2].inverse(), maps.grids[2]) < 1.0
     again = by_itself(pair)
     assert (again.accepted, again.reason) == (False, "two answers equally good")
+
+
+def with_refused(before, refused, moves):
+    """The answers of a result, those pairs refused; where there is a move for one, found elsewhere."""
+    answers = {(p.target, p.source): by_itself(p) for p in before.pairs}
+    for pair in refused:
+        found = moves.get(pair, Similarity2()) @ answers[pair].target_from_source
+        answers[pair] = dataclasses.replace(
+            answers[pair],
+            accepted=False,
+            confidence=0.3,
+            reason=RIVAL,
+            target_from_source=found,
+            alternatives=(),
+        )
+    return answers
+
+
+def test_a_map_that_every_single_pair_refused_is_won_back_where_two_of_them_agree(three):
+    maps, frames, before = three
+    answers = with_refused(before, [("a", "c"), ("b", "c")], {})
+    result = merge_maps(maps, answers=answers)
+    assert result.left_out == {}
+    for k, pair in ((0, result.pairs[1]), (1, result.pairs[2])):
+        assert (pair.accepted, pair.decided_by, pair.pair_reason) == (True, "team", RIVAL)
+        assert off_cells(pair.target_from_source, frames[k] @ frames[2].inverse(), maps.grids[2]) < 1.0
+
+
+def test_refused_answers_that_disagree_win_no_map_back(three):
+    maps, _, before = three
+    moves = {("b", "c"): Similarity2(3.0, -2.0, 1.0)}
+    result = merge_maps(maps, answers=with_refused(before, [("a", "c"), ("b", "c")], moves))
+    assert set(result.left_out) == {"c"} or set(result.left_out) == {"a", "b"}
+    assert [pair.reason for pair in result.pairs[1:]] == [RIVAL, RIVAL]
+
+
+def test_refused_answers_that_agree_on_a_wrong_place_win_no_map_back(three):
+    """Both put c three metres off, as one: what a and b have merged says otherwise."""
+    maps, frames, before = three
+    shift = Similarity2(3.0, -2.0)
+    moves = {
+        ("a", "c"): frames[0] @ shift @ frames[0].inverse(),
+        ("b", "c"): frames[1] @ shift @ frames[1].inverse(),
+    }
+    result = merge_maps(maps, answers=with_refused(before, [("a", "c"), ("b", "c")], moves))
+    assert not any(pair.accepted for pair in result.pairs[1:])
 
 
 def test_what_the_team_put_aside_is_accepted_again_by_itself(three):
@@ -220,6 +267,31 @@ def test_the_most_promising_partners_of_each_map_are_taken():
     pairs = [(a, b) for a in range(4) for b in range(a + 1, 4)]
     assert partners(promises, pairs, 1) == [(0, 1), (0, 2), (2, 3)]
     assert partners(promises, pairs, 3) == pairs
+
+
+def test_blocks_and_their_order_leave_out_no_pair():
+    pairs = [(a, b) for a in range(23) for b in range(a + 1, 23) if (a * b) % 5]
+    assert sorted(pair for block in in_blocks(pairs) for pair in block) == pairs
+    assert max(len({k for pair in block for k in pair}) for block in in_blocks(pairs)) <= 20
+    assert sorted(in_order(pairs)) == pairs
+    assert in_order([]) == []
+
+
+def test_pairs_of_near_maps_follow_one_another():
+    """Maps in a ring, numbered anyhow: of so many that were last matched, a map is mostly among them."""
+    ring = np.random.default_rng(0).permutation(40).tolist()
+    pairs = sorted(tuple(sorted((ring[k], ring[(k + j) % 40]))) for k in range(40) for j in (1, 2))
+
+    def missed(order, kept=8):
+        shelf: list[int] = []
+        misses = 0
+        for pair in order:
+            for k in pair:
+                misses += k not in shelf[-kept:]
+                shelf = [*(other for other in shelf if other != k), k]
+        return misses
+
+    assert missed(in_order(pairs)) < 0.7 * missed(pairs)
 
 
 def test_merged_cells_are_as_fine_as_the_finest_map_where_resolutions_are_trusted():

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from mapquilt.benchmark.intervals import Share, over_clusters, ratio_of_medians
+from mapquilt.benchmark.intervals import Share, over_clusters, ratio_of_medians, ratio_of_medians_over_clusters
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 24), (37, 40), (24, 24), (3, 7)])
@@ -41,3 +41,15 @@ def test_the_ratio_of_medians_of_a_fixed_multiple_is_sure():
     ratio, interval = ratio_of_medians(3.0 * seconds, seconds, np.random.default_rng(0))
     assert ratio == pytest.approx(3.0)
     assert (interval.low, interval.high) == pytest.approx((3.0, 3.0))
+
+
+def test_clusters_are_drawn_again_whole():
+    """Of ten clusters four are of another world: how often those are drawn changes much."""
+    rng = np.random.default_rng(2)
+    below = [rng.uniform(1, 2, 20) for _ in range(10)]
+    ratio, interval = ratio_of_medians_over_clusters([0.5 * b for b in below], below, rng)
+    assert (ratio, interval.low, interval.high) == pytest.approx((0.5, 0.5, 0.5))
+    mixed = [(0.5 if k < 6 else 5.0) * values for k, values in enumerate(below)]
+    _, wide = ratio_of_medians_over_clusters(mixed, below, rng)
+    assert wide.low < 0.7
+    assert wide.high > 1.5

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -48,6 +49,32 @@ def test_work_that_kills_its_worker_is_given_up_after_three_times():
     assert task == 7
     assert isinstance(error, RuntimeError)
     assert str(MOST_TRIES) in str(error)
+
+
+PARENT = """
+import os, time
+from mapquilt.dataset.executor import process_pool
+if __name__ == "__main__":
+    pool = process_pool(1, {preload})
+    print(pool.submit(os.getpid).result(), flush=True)
+    pool.submit(time.sleep, 60)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("preload", [(), ("json",)])
+def test_workers_die_with_their_parent_however_it_dies(preload, tmp_path):
+    script = tmp_path / "parent.py"
+    script.write_text(PARENT.format(preload=preload))
+    parent = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+    worker = Path(f"/proc/{parent.stdout.readline().strip()}")
+    assert worker.exists()
+    parent.kill()
+    parent.communicate()
+    ended = time.monotonic() + 30.0
+    while worker.exists() and "(zombie)" not in (worker / "status").read_text():
+        assert time.monotonic() < ended
+        time.sleep(0.05)
 
 
 def test_errors_come_with_their_task():
