@@ -48,6 +48,21 @@ def test_what_other_rules_refuse_is_left_out():
     assert fit_decision(trials + drawn(300, seed=2, overlap=0.01)) == fit_decision(trials)
 
 
+def test_pairs_that_other_rules_refuse_count_among_those_to_be_refused():
+    """Where they are most of these, what is left of them is rare, and an answer the likelier right."""
+
+    def negative(overlap: float, lead: float) -> Trial:
+        evidence = dataclasses.replace(EVIDENCE, rival_agreement=EVIDENCE.agreement - lead, overlap=overlap)
+        return trial(pair(negative=True), answer(False, None, evidence=evidence))
+
+    hard = [negative(0.5, lead) for lead in np.linspace(0.07, 0.2, 50)]
+    easy = [negative(0.01, 0.1)] * 450
+    alone, among = fit_decision(drawn(400) + hard), fit_decision(drawn(400) + hard + easy)
+    likelier = [decide(EVIDENCE, settings).confidence for settings in (alone, among)]
+    assert likelier[0] < likelier[1]
+    assert among.threshold < alone.threshold - 1.0
+
+
 def test_a_right_place_told_inexactly_teaches_that_it_is_right():
     inexact = TransformError(4.0, 5.0, 0.6, 12.0, 0.03)
     loose = [
