@@ -16,7 +16,7 @@ from sim.lidar_presets import lidar_preset
 from sim.mission_settings import MissionSettings
 from sim.robot import RobotSettings
 
-READY = ("smoke", "standard", "noise-sweep")
+READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
 """The specifications that ship."""
 
 Count = Annotated[int, Field(ge=0)]
@@ -105,7 +105,7 @@ class DatasetSpec(_Strict):
 
 
 def load_spec(source: str) -> DatasetSpec:
-    """The specification of a ready name (smoke, standard, noise-sweep) or in a YAML file.
+    """The specification of a ready name (:data:`READY`) or in a YAML file.
 
     Raises ``ValueError`` that names the file, the field and what is wrong with it; ``OSError`` where it cannot be read.
     """
