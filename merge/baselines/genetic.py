@@ -121,9 +121,10 @@ class Genetic:
     ) -> Poses:
         """The next generation: mutants of the elite where they are fitter, and successors of the others."""
         fitness = consistency(field, source, poses, size)
-        elite = poses[fitness >= fitness.mean()]
+        fit = fitness >= min(fitness.mean(), fitness.max())  # rounded, the mean of equals may be above them all
+        elite = poses[fit]
         mutants = elite + rng.standard_normal(elite.shape) * mutation
-        fitter = consistency(field, source, mutants, size) > fitness[fitness >= fitness.mean()]
+        fitter = consistency(field, source, mutants, size) > fitness[fit]
         others = self._replaced(field, elite, len(poses) - len(elite), mutation, rng)
         return np.concatenate((np.where(fitter[:, None], mutants, elite), others))
 

@@ -45,7 +45,7 @@ def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_a
     whole = tmp_path / "whole"
     assert command("merge", *maps_of_three, "--out", whole) == 0
 
-    from merge import team as module
+    from merge import pairs as module
 
     real = module.match
     monkeypatch.setattr(module, "match", lambda task, shelf=None: matched.append(task.names) or real(task, shelf))
