@@ -48,12 +48,7 @@ def descend(
     there, here = thinned(len(target.points), most_points), thinned(len(source.points), most_points)
     bounds = np.array([scale.low, scale.high])
     _descend_all(target.surface, source.surface, there, here, matrices, gates, bounds, source.middle)
-    return [_similarity(matrix) for matrix in matrices]
-
-
-def _similarity(matrix: NDArray[np.float64]) -> Similarity2:
-    (a, _, x), (b, _, y) = matrix.tolist()
-    return Similarity2(x, y, math.atan2(b, a), math.hypot(a, b))
+    return [Similarity2.from_matrix(matrix) for matrix in matrices]
 
 
 @njit(cache=True)

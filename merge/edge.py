@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.map_set import MapSet
-from mapping.se2 import wrap_angle
 from mapping.similarity2 import Similarity2
 from merge.motions import Motions
 from merge.result import PairResult
@@ -134,18 +133,6 @@ def about(arm: NDArray[np.float64]) -> NDArray[np.float64]:
     moved[:2, 2] = -arm[1], arm[0]
     moved[:2, 3] = arm
     return moved
-
-
-def difference(predicted: Similarity2, measured: Similarity2) -> NDArray[np.float64]:
-    """The move (4,) of the source about its middle that takes it from where it was measured to where it should be."""
-    return np.array(
-        [
-            predicted.x - measured.x,
-            predicted.y - measured.y,
-            wrap_angle(predicted.yaw - measured.yaw),
-            math.log(predicted.scale / measured.scale),
-        ]
-    )
 
 
 def _local(metric: Similarity2, parameters: NDArray[np.float64], target: Ground, source: Ground) -> NDArray[np.float64]:

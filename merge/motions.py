@@ -36,7 +36,7 @@ class Motions:
         return Motions(1.0 / self.turn, -self.shift / self.turn)
 
     def minus(self, other: Motions) -> NDArray[np.float64]:
-        """:func:`merge.edge.difference` of each: the moves (..., 4) that take the others to these."""
+        """The moves (..., 4) that take the others to these: shift x, y, turn [rad] and growth [log scale]."""
         shift, turn = self.shift - other.shift, self.turn / other.turn
         return np.stack((shift.real, shift.imag, np.angle(turn), np.log(np.abs(turn))), axis=-1)
 

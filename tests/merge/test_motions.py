@@ -7,13 +7,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mapping.se2 import wrap_angle
 from mapping.similarity2 import Similarity2
-from merge.edge import Edge, EdgeTable, difference
+from merge.edge import Edge, EdgeTable
 from merge.motions import Motions, rotations
 
 metres = st.floats(-50.0, 50.0)
 similarities = st.builds(Similarity2, metres, metres, st.floats(-3.1, 3.1), st.floats(0.3, 3.0))
 several = st.lists(similarities, min_size=1, max_size=5)
+
+
+def difference(predicted, measured):
+    """The move (4,) of the source about its middle that takes it from where it was measured to where it should be."""
+    return np.array(
+        [
+            predicted.x - measured.x,
+            predicted.y - measured.y,
+            wrap_angle(predicted.yaw - measured.yaw),
+            math.log(predicted.scale / measured.scale),
+        ]
+    )
 
 
 def close(motions, expected):
