@@ -64,7 +64,7 @@ score: $(stamp)
 	$(score)
 
 thesis: $(stamp)
-	$(bin)/mapquilt thesis --out runs/thesis
+	$(bin)/python -m reproductions.chen2021 --out runs/thesis
 
 install: $(stamp)
 
@@ -80,10 +80,10 @@ test: $(stamp)
 	$(bin)/pytest -n 2
 
 regression: $(stamp)
-	$(bin)/python -m mapquilt.regression
+	$(bin)/python -m tests.regression
 
 regression-update: $(stamp)
-	$(bin)/python -m mapquilt.regression --update
+	$(bin)/python -m tests.regression --update
 
 check: $(stamp)
 	$(bin)/ruff check .
@@ -92,7 +92,7 @@ check: $(stamp)
 	$(bin)/lint-imports
 
 bench: $(stamp)
-	$(bin)/python -m mapquilt.bench
+	$(bin)/python -m benchmarks.bench
 
 places = office house warehouse maze corridor_loop open_hall
 

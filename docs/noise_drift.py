@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.robot.trajectory import Trajectory
 from mapping.seeds import Role, stream
-from mapping.trajectory import Trajectory
-from mapquilt import run_folder
-from sim.mission_file import load_mission
-from sim.odometry import OdometryNoise, draw_bias, drifted
+from mapquilt.runs import folder as run_folder
+from sim.mission.file import load_mission
+from sim.sensors.odometry import OdometryNoise, draw_bias, drifted
 
 SEEDS = 30
 """Drifts that are drawn for each path."""

@@ -9,18 +9,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mapping.believed import by_odometry
-from mapping.log_odds import map_log
-from mapping.robot_log import RobotTruth
-from mapping.scan import LidarScan
-from mapping.se2 import SE2
-from mapping.sensor_model import sensor_model
-from mapquilt import run_folder
-from mapquilt.palette import TRUE_WALL, UNKNOWN, picture, robot_colour
-from mapquilt.png import figure_png
-from sim.lidar_presets import lidar_preset
-from sim.mission_file import load_mission
-from sim.noise import Noise, Sensed, sense
+from mapping.geometry.se2 import SE2
+from mapping.grid.log_odds import map_log
+from mapping.grid.sensor_model import sensor_model
+from mapping.robot.robot_log import RobotTruth
+from mapping.robot.scan import LidarScan
+from mapping.slam.front_end import by_odometry
+from mapquilt.runs import folder as run_folder
+from mapquilt.viz.palette import TRUE_WALL, UNKNOWN, picture, robot_colour
+from mapquilt.viz.png import figure_png
+from sim.mission.file import load_mission
+from sim.sensors.lidar_presets import lidar_preset
+from sim.sensors.noise import Noise, Sensed, sense
 
 LEVELS = (0.0, 1.0, 3.0)
 AT = 0.3

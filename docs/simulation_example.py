@@ -8,14 +8,14 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mapping.atomic import write_bytes_aside
-from mapquilt import run_folder
-from mapquilt.palette import INK, robot_colour
-from mapquilt.png import figure_png
-from mapquilt.world_picture import draw_world
-from sim.coverage import Coverage, coverage
-from sim.mission import Mission
-from sim.mission_file import load_mission
+from mapping.io.atomic import write_bytes_aside
+from mapquilt.runs import folder as run_folder
+from mapquilt.viz.palette import INK, robot_colour
+from mapquilt.viz.png import figure_png
+from mapquilt.viz.world_picture import draw_world
+from sim.mission.coverage import Coverage, coverage
+from sim.mission.file import load_mission
+from sim.mission.mission import Mission
 
 
 def main(run: Path, picture: Path) -> None:

@@ -11,18 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from mapping.atomic import write_bytes_aside
-from mapping.believed import by_odometry
+from mapping.geometry.similarity2 import Similarity2
+from mapping.io.atomic import write_bytes_aside
+from mapping.io.robot_log_file import load_robot_log
 from mapping.map_set import MapSet
-from mapping.robot_log_file import load_robot_log
-from mapping.similarity2 import Similarity2
-from mapquilt import run_folder
-from mapquilt.palette import TRUE_WALL, robot_colour
-from mapquilt.png import figure_png
-from mapquilt.score import transform_error
-from mapquilt.truth_file import RunTruth, load_truth
-from sim.mission import Mission
-from sim.mission_file import load_mission
+from mapping.slam.front_end import by_odometry
+from mapquilt.evaluation.transform_error import transform_error
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.truth_file import RunTruth, load_truth
+from mapquilt.viz.palette import TRUE_WALL, robot_colour
+from mapquilt.viz.png import figure_png
+from sim.mission.file import load_mission
+from sim.mission.mission import Mission
 
 TARGET, SOURCE = "robot_0", "robot_1"
 

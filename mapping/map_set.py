@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from mapping.grid import OccupancyGrid
+from mapping.grid.occupancy_grid import OccupancyGrid
 
 Unit = Literal["m", "cell"]
 

@@ -41,7 +41,7 @@ def check_seed(seed: int) -> None:
 def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
     """Random numbers for one role of one robot (or world, or pair): independent of every other role and index.
 
-    Raises ``ValueError`` as :func:`check_seed` does, and where the index is negative.
+    Raises ``ValueError`` as ``check_seed`` does, and where the index is negative.
     """
     check_seed(seed)
     if index < 0:
@@ -50,5 +50,5 @@ def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
 
 
 def derived_seed(seed: int, role: Role, index: int = 0) -> int:
-    """A seed of its own for a part of something larger, below 2^31. Raises ``ValueError`` as :func:`stream` does."""
+    """A seed of its own for a part of something larger, below 2^31. Raises ``ValueError`` as ``stream`` does."""
     return int(stream(seed, role, index).integers(2**31))

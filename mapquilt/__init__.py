@@ -9,11 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mapping.map_file import load_map, save_map
+    from mapping.geometry.scale_range import ScaleRange
+    from mapping.io.map_file import load_map, save_map
     from mapping.map_set import MapSet
     from mapquilt.dataset.loader import load_dataset
     from merge.merger import merge_maps
-    from merge.scale_range import ScaleRange
     from merge.settings import MergeSettings
 
 __all__ = ["MapSet", "MergeSettings", "ScaleRange", "load_dataset", "load_map", "merge_maps", "save_map"]
@@ -21,11 +21,11 @@ __all__ = ["MapSet", "MergeSettings", "ScaleRange", "load_dataset", "load_map", 
 _HOMES = {
     "MapSet": "mapping.map_set",
     "MergeSettings": "merge.settings",
-    "ScaleRange": "merge.scale_range",
+    "ScaleRange": "mapping.geometry.scale_range",
     "load_dataset": "mapquilt.dataset.loader",
-    "load_map": "mapping.map_file",
+    "load_map": "mapping.io.map_file",
     "merge_maps": "merge.merger",
-    "save_map": "mapping.map_file",
+    "save_map": "mapping.io.map_file",
 }
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import sys
 
-from mapquilt.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED
+from mapquilt.cli.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED
 
 
 def main() -> None:
     """Run the command line, which takes a second to load, and leave with its exit status."""
     try:
-        from mapquilt.cli import run
-        from mapquilt.standard_output import named
+        from mapquilt.cli.app import run
+        from mapquilt.cli.standard_output import named
 
         sys.stdout = named(sys.stdout)
         status = run(sys.argv[1:])

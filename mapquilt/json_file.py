@@ -10,9 +10,9 @@ from typing import Any
 
 import jsonschema
 
-from mapping.atomic import write_bytes_aside
-from mapping.plain_data import read_json
-from mapping.similarity2 import Similarity2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.io.atomic import write_bytes_aside
+from mapping.io.safe_load import read_json
 
 
 @cache

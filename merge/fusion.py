@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from mapping.frame import GridFrame
-from mapping.grid import FREE, OCCUPIED, SMALLEST_MISS, UNKNOWN, OccupancyGrid
-from mapping.resampling import resampled
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import FREE, OCCUPIED, SMALLEST_MISS, UNKNOWN, OccupancyGrid
+from mapping.grid.resampling import resampled
 
 ROUNDING_CELLS = 1e-6
 
@@ -44,7 +44,7 @@ def fuse(
     reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
 ) -> OccupancyGrid:
     """Join maps, each with its ``reference_from_map``, in the reference's frame and resolution: see
-    :func:`fuse_and_compare`."""
+    ``fuse_and_compare``."""
     return fuse_and_compare(reference, grids, fusion).merged
 
 
@@ -60,7 +60,7 @@ def fuse_and_compare(
     - ``max`` keeps the most occupied (m-explore).
 
     The grid is the reference's, with its cells and its origin's yaw, grown by whole cells to hold all maps; each map is
-    looked up there by :func:`mapping.resampling.resampled`, so that thin walls of finer maps stay.
+    looked up there by ``resampled``, so that thin walls of finer maps stay.
     """
     frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
     total = np.zeros(frame.shape, dtype=np.float32)

@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from itertools import combinations
 
+from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
-from merge.matching import PairTask, match, run_tasks
-from merge.result import MergeResult, PairResult
-from merge.scale_range import ScaleRange
+from merge.multimap.results import told_result
+from merge.multimap.team import Team
+from merge.pair.feature_cache import Shelf
+from merge.pair.matching import PairTask, match, run_tasks
+from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
-from merge.sheets import Shelf
-from merge.team import Team
-from merge.telling import told_result
 
 Progress = Callable[[int, int], None]
 """Called with the number of pairs done and the number of pairs."""

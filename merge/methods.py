@@ -6,19 +6,19 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from merge.baselines.genetic import Genetic
-from merge.baselines.hough import Hough
-from merge.baselines.icp import Icp
-from merge.baselines.plain_orb import PlainOrb
-from merge.baselines.random_walk import RandomWalk
-from merge.baselines.stitching import Stitching
-from merge.facing import Facing
-from merge.landmarks import Landmarks
-from merge.morphology.method import Morphology
-from merge.orb import Orb
-from merge.proposer import Proposer
-from merge.published import Published
-from merge.sift import Sift
+from merge.literature.chen2021.morphology import Morphology
+from merge.literature.chen2021.sift import Sift
+from merge.literature.genetic import Genetic
+from merge.literature.hough import Hough
+from merge.literature.icp import Icp
+from merge.literature.plain_orb import PlainOrb
+from merge.literature.random_walk import RandomWalk
+from merge.literature.stitching import Stitching
+from merge.pair.published import Published
+from merge.proposers.landmarks import Landmarks
+from merge.proposers.normal_correlation import Facing
+from merge.proposers.orb import Orb
+from merge.proposers.proposer import Proposer
 
 PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
     {

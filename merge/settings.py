@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from merge.decision import DecisionSettings
+from mapping.geometry.scale_range import ScaleRange
 from merge.fusion import FUSIONS, FusionName
 from merge.methods import PROPOSERS, PUBLISHED
-from merge.prior import Prior, expected_places
-from merge.scale_range import ScaleRange
+from merge.records.prior import Prior, expected_places
+from merge.verification.acceptance import DecisionSettings
 
 
 @dataclass(frozen=True)

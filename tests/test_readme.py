@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from mapping.map_file import load_map, save_map
-from mapquilt.cli import run
-from tests.mapquilt.test_cli import office_map
+from mapping.io.map_file import load_map, save_map
+from mapquilt.cli.app import run
+from tests.mapquilt.cli.test_app import office_map
 
 README = Path(__file__).parents[1] / "README.md"
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from mapping.frame import GridFrame
+from mapping.grid.frame import GridFrame
 from worlds.raster import touched_cells, true_raster
 from worlds.world import World
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.frame import GridFrame
-from mapping.grid import FREE, OCCUPIED, OccupancyGrid
-from mapping.se2 import SE2
+from mapping.geometry.se2 import SE2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from worlds.polygon import Polygon, edges
 from worlds.world import World
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mapping.arrays import frozen_array
-from mapping.se2 import SE2
+from mapping.geometry.se2 import SE2
 from worlds.polygon import Polygon, contains, distances, edges, is_simple, signed_area
 
 

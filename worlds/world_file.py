@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mapping.se2 import SE2
+from mapping.geometry.se2 import SE2
 from worlds.polygon import Polygon, disc, signed_area, turned_box
 from worlds.world import World
 
@@ -36,7 +36,7 @@ def world_to_json(world: World) -> dict[str, Any]:
 
 
 def world_from_json(record: Mapping[str, Any], name: str | None = None) -> World:
-    """The world of :func:`world_to_json`, or one that was written by hand, with boxes and cylinders besides.
+    """The world of ``world_to_json``, or one that was written by hand, with boxes and cylinders besides.
 
     Polygons may run either way. A record without a name gets ``name``. Raises ``ValueError`` naming what is missing,
     foreign or malformed.

@@ -9,24 +9,24 @@ from typing import Annotated, Any
 
 import typer
 
-from mapping.atomic import folder_aside
+from mapping.io.atomic import folder_aside
 from mapping.seeds import Role, stream
-from mapquilt.benchmark.calibration import Calibration, calibration
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
 from mapquilt.benchmark.files import calibration_record
-from mapquilt.benchmark.fitting import FITTED, fit_decision, judged_again
 from mapquilt.benchmark.folder import RELIABILITY_PICTURE
-from mapquilt.benchmark.reliability import reliability_figure
 from mapquilt.benchmark.run import run_benchmark
-from mapquilt.benchmark.selection import even_sample
-from mapquilt.benchmark.trial import Trial
+from mapquilt.cli.tables import print_table
+from mapquilt.evaluation.calibration import Calibration, calibration
+from mapquilt.evaluation.fitting import FITTED, fit_decision, judged_again
+from mapquilt.evaluation.selection import even_sample
+from mapquilt.evaluation.trial import Trial
+from mapquilt.jobs.progress import count_progress
 from mapquilt.json_file import write_record
-from mapquilt.png import figure_png
-from mapquilt.progress import count_progress
-from mapquilt.run_folder import refuse_foreign
-from mapquilt.tables import print_table
-from merge.decision import DecisionSettings
+from mapquilt.runs.folder import refuse_foreign
+from mapquilt.viz.png import figure_png
+from mapquilt.viz.reliability import reliability_figure
 from merge.settings import MergeSettings
+from merge.verification.acceptance import DecisionSettings
 
 SCHEMA = "mapquilt-calibration/1"
 CALIBRATION_FILE = "calibration.json"
@@ -52,7 +52,8 @@ def calibrate(
 ) -> int:
     """Fit the merger's confidence to generated pairs, and check it on worlds that the fit has not seen.
 
-    Prints the constants as merge/decision.py holds them, and writes them with the reliability diagram of the check.
+    Prints the constants as merge/verification/acceptance.py holds them, and writes them with the reliability diagram of
+    the check.
     """
     if not check_dataset:
         check_dataset, split, check = dataset, split or "train", check or "test"

@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from mapquilt.benchmark.calibration import Calibration
 from mapquilt.benchmark.report import Report
 from mapquilt.benchmark.table import markdown
-from mapquilt.benchmark.trial import Answer, Trial
+from mapquilt.evaluation.calibration import Calibration
+from mapquilt.evaluation.transform_error import TransformError
+from mapquilt.evaluation.trial import Answer, Trial
 from mapquilt.json_file import similarity_record, to_text, write_record
-from mapquilt.score import TransformError
-from merge.result import Evidence
+from merge.records.result import Evidence
 
 SCHEMA = "mapquilt-benchmark/1"
 PAIRS_FILE, SUMMARY_FILE, TIMINGS_FILE, TABLE_FILE = "pairs.csv", "summary.json", "timings.json", "table.md"

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mapping.atomic import folder_aside
+from mapping.io.atomic import folder_aside
 from mapquilt.benchmark.files import SUMMARY_FILE, write_files
-from mapquilt.benchmark.reliability import reliability_figure
 from mapquilt.benchmark.report import Report
 from mapquilt.benchmark.run import Progress
-from mapquilt.benchmark.sheet import in_order, sheet_pages
-from mapquilt.png import figure_png
-from mapquilt.run_folder import refuse_foreign
+from mapquilt.runs.folder import refuse_foreign
+from mapquilt.viz.pair_sheet import in_order, sheet_pages
+from mapquilt.viz.png import figure_png
+from mapquilt.viz.reliability import reliability_figure
 
 RELIABILITY_PICTURE = "reliability.png"
 SHEETS_FOLDER = "sheets"

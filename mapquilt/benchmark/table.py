@@ -8,11 +8,11 @@ from itertools import groupby
 
 from rich.table import Table
 
-from mapquilt.benchmark.calibration import Calibration
-from mapquilt.benchmark.intervals import Interval, Share
 from mapquilt.benchmark.report import Report
-from mapquilt.benchmark.tally import REFERENCE, Tally, Timing
-from mapquilt.tables import plain_table
+from mapquilt.cli.tables import plain_table
+from mapquilt.evaluation.aggregation import REFERENCE, Tally, Timing
+from mapquilt.evaluation.calibration import Calibration
+from mapquilt.evaluation.intervals import Interval, Share
 
 COLUMNS = (
     "stratum",

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mapping.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_aside
 from mapquilt.dataset.manifest import Manifest
 from mapquilt.dataset.spec import DatasetSpec
-from mapquilt.palette import INK, ROBOTS
-from mapquilt.png import figure_png
+from mapquilt.viz.palette import INK, ROBOTS
+from mapquilt.viz.png import figure_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from mapping.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_aside
+from mapquilt.cli.tables import print_table
 from mapquilt.dataset.card import draw_figures
-from mapquilt.dataset.executor import MakeExecutor, dask_cluster, process_pool
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import FAILURES_FILE, make_dataset
 from mapquilt.dataset.manifest import read_manifest
@@ -18,9 +18,9 @@ from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
 from mapquilt.dataset.verify import verify_dataset
-from mapquilt.png import figure_png
-from mapquilt.progress import count_progress, dataset_progress
-from mapquilt.tables import print_table
+from mapquilt.jobs.executor import MakeExecutor, dask_cluster, process_pool
+from mapquilt.jobs.progress import count_progress, dataset_progress
+from mapquilt.viz.png import figure_png
 
 app = typer.Typer(help="Make, check and list data sets: many samples from one specification.", rich_markup_mode=None)
 

@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.atomic import write_bytes_aside
-from mapquilt import run_folder
+from mapping.io.atomic import write_bytes_aside
+from mapquilt.cli.place import open_place
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
+from mapquilt.evaluation.true_places import TruePlaces, true_places
 from mapquilt.json_file import read_record
-from mapquilt.place import open_place
-from mapquilt.run_writer import fill_run
-from mapquilt.sample import Sample, make_sample
-from mapquilt.seen_slices import SeenSlices
-from mapquilt.true_places import TruePlaces, true_places
-from sim.mission import Mission, simulate
-from sim.mission_file import save_mission
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.sample import Sample, make_sample
+from mapquilt.runs.seen_slices import SeenSlices
+from mapquilt.runs.writer import fill_run
+from sim.mission.file import save_mission
+from sim.mission.mission import Mission, simulate
 
 MISSIONS_FOLDER = "missions"
 SAMPLES_FOLDER = "samples"

@@ -8,16 +8,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mapping.grid import OccupancyGrid
-from mapping.map_file import load_map
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
-from mapping.robot_log import RobotLog
-from mapping.similarity2 import Similarity2
-from mapquilt import run_folder
+from mapping.robot.robot_log import RobotLog
 from mapquilt.dataset.group import SAMPLES_FOLDER
 from mapquilt.dataset.manifest import Manifest, read_manifest
 from mapquilt.json_file import similarity_from_record
-from mapquilt.truth_file import RunTruth, load_truth
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.truth_file import RunTruth, load_truth
 
 
 @dataclass(frozen=True)

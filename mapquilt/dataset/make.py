@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.atomic import folder_aside, write_bytes_aside
+from mapping.io.atomic import folder_aside, write_bytes_aside
 from mapquilt.dataset.card import write_card
-from mapquilt.dataset.executor import MakeExecutor, run_all
 from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER, Group, Made, make_group
-from mapquilt.dataset.journal import LOCK_FILE, Journal, locked
 from mapquilt.dataset.manifest import MANIFEST_FILE, build_manifest, read_manifest, write_lines, write_manifest
 from mapquilt.dataset.plan import DatasetPlan, MissionPlan, plan_dataset
 from mapquilt.dataset.spec import DatasetSpec
+from mapquilt.jobs.executor import MakeExecutor, run_all
+from mapquilt.jobs.journal import LOCK_FILE, Journal, locked
 
 SPEC_FILE = "spec.json"
 FAILURES_FILE = "failures.jsonl"

@@ -9,8 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mapping.atomic import write_bytes_aside
-from mapping.plain_data import json_value
+from mapping.io.atomic import write_bytes_aside
+from mapping.io.safe_load import json_value
 from mapquilt.dataset.plan import DatasetPlan
 from mapquilt.dataset.spec import DatasetSpec
 

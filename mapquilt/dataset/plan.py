@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mapping.disguise import DisguiseRanges
+from mapping.grid.frame_perturbation import DisguiseRanges
 from mapping.seeds import Role, derived_seed, stream
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
-from mapquilt.sample import SampleSettings
-from mapquilt.true_places import map_names
+from mapquilt.evaluation.true_places import map_names
+from mapquilt.runs.sample import SampleSettings
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.grid import OccupancyGrid
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.palette import picture
+from mapquilt.viz.palette import picture
 
 SIDE = 160
 GAP = 4

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from pathlib import Path
 
-from mapping.atomic import folder_aside, write_bytes_aside
+from mapping.io.atomic import folder_aside, write_bytes_aside
 from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER, Made, make_group
 from mapquilt.dataset.make import SPEC_FILE
 from mapquilt.dataset.manifest import read_manifest

@@ -8,13 +8,13 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from mapping.disguise import DisguiseRanges
-from mapping.plain_data import read_yaml, yaml_value
-from mapping.sensor_model import sensor_model
-from mapquilt.true_places import check_parts
-from sim.lidar_presets import lidar_preset
-from sim.mission_settings import MissionSettings
-from sim.robot import RobotSettings
+from mapping.grid.frame_perturbation import DisguiseRanges
+from mapping.grid.sensor_model import sensor_model
+from mapping.io.safe_load import read_yaml, yaml_value
+from mapquilt.evaluation.true_places import check_parts
+from sim.mission.robot import RobotSettings
+from sim.mission.settings import MissionSettings
+from sim.sensors.lidar_presets import lidar_preset
 
 READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
 """The specifications that ship."""
@@ -105,7 +105,7 @@ class DatasetSpec(_Strict):
 
 
 def load_spec(source: str) -> DatasetSpec:
-    """The specification of a ready name (:data:`READY`) or in a YAML file.
+    """The specification of a ready name (``READY``) or in a YAML file.
 
     Raises ``ValueError`` that names the file, the field and what is wrong with it; ``OSError`` where it cannot be read.
     """

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER
 from mapquilt.dataset.manifest import read_manifest
-from mapquilt.merge_folder import is_answer
+from mapquilt.merging.merge_folder import is_answer
 
 
 def verify_dataset(folder: Path, on_progress: Callable[[int, int], None] = lambda done, total: None) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from mapping.similarity2 import Similarity2
+from mapping.geometry.similarity2 import Similarity2
 
 Outcome = Literal["wrong", "missed", "right", "rightly refused", "not merged"]
 

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapquilt.benchmark.calibration import auc, equal_mass_bins
-from mapquilt.benchmark.intervals import Share
-from mapquilt.palette import INK
-from mapquilt.plot_style import (
+from mapquilt.evaluation.calibration import auc, equal_mass_bins
+from mapquilt.evaluation.intervals import Share
+from mapquilt.report.answer import OUTCOMES, ReportAnswer, methods_of
+from mapquilt.report.content import Chart
+from mapquilt.viz.palette import INK
+from mapquilt.viz.plot_style import (
     MUTED,
     in_per_cent,
     logarithmic,
@@ -24,8 +26,6 @@ from mapquilt.plot_style import (
     write_heading,
     write_legend,
 )
-from mapquilt.report.answer import OUTCOMES, ReportAnswer, methods_of
-from mapquilt.report.content import Chart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from mapping.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_aside
 from mapquilt.benchmark.files import SUMMARY_FILE
+from mapquilt.cli.tables import print_table
 from mapquilt.dataset.manifest import MANIFEST_FILE
-from mapquilt.progress import count_progress
+from mapquilt.jobs.progress import count_progress
 from mapquilt.report.content import Content
-from mapquilt.run_folder import is_run
+from mapquilt.runs.folder import is_run
 from mapquilt.study.folder import is_study
-from mapquilt.tables import print_table
 
 REPORT_FILE = "report.html"
 

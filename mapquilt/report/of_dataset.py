@@ -10,7 +10,7 @@ from mapquilt.json_file import read_record
 from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.content import Content, Picture
 from mapquilt.report.of_run import run_answers
-from mapquilt.run_folder import MERGE_FILE, RUN_FILE
+from mapquilt.runs.folder import MERGE_FILE, RUN_FILE
 
 
 def dataset_content(folder: Path) -> Content:

@@ -6,15 +6,15 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from mapping.similarity2 import Similarity2
-from mapquilt import run_folder
+from mapping.geometry.similarity2 import Similarity2
+from mapquilt.evaluation.run_score import score_answer
 from mapquilt.json_file import read_record, similarity_from_record
-from mapquilt.merge_file import load_answer
+from mapquilt.merging.merge_file import load_answer
 from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.charts import stage_chart
 from mapquilt.report.content import Content, Picture
-from mapquilt.run_score import score_answer
-from mapquilt.truth_file import load_truth
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.truth_file import load_truth
 
 PICTURES = (
     (

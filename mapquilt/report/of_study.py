@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mapping.similarity2 import Similarity2
+from mapping.geometry.similarity2 import Similarity2
 from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.content import Chart, Content, Sheet
 from mapquilt.study.folder import MAPS_FOLDER, load_results

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
-from mapping.map_file import load_map
-from mapping.resampling import resampled
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
-from mapquilt.palette import ROBOTS, WALL
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.resampling import resampled
+from mapping.io.map_file import load_map
 from mapquilt.report.answer import ReportAnswer
+from mapquilt.viz.palette import ROBOTS, WALL
 
 LONGEST = 480
 """Pixels of a picture's longer side."""

@@ -6,8 +6,8 @@ import io
 import re
 from typing import TYPE_CHECKING
 
-from mapquilt.palette import INK, ROBOTS
-from mapquilt.plot_style import GRID, MUTED
+from mapquilt.viz.palette import INK, ROBOTS
+from mapquilt.viz.plot_style import GRID, MUTED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,16 +8,16 @@ from typing import Annotated
 
 import typer
 
-from mapping.atomic import write_files_aside
-from mapquilt.dataset.executor import MakeExecutor, dask_cluster, process_pool
-from mapquilt.png import figure_png
-from mapquilt.progress import count_progress
+from mapping.io.atomic import write_files_aside
+from mapquilt.cli.tables import print_table
+from mapquilt.jobs.executor import MakeExecutor, dask_cluster, process_pool
+from mapquilt.jobs.progress import count_progress
 from mapquilt.study.folder import StudyRun, run_study
 from mapquilt.study.plan import Method, plan_study
 from mapquilt.study.plots import study_figures
 from mapquilt.study.table import level_table, verdict_table
 from mapquilt.study.variables import SWEEPS
-from mapquilt.tables import print_table
+from mapquilt.viz.png import figure_png
 from merge.methods import PROPOSERS, PUBLISHED
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")

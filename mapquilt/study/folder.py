@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.atomic import folder_aside, write_bytes_aside, write_files_aside
-from mapping.plain_data import read_json
-from mapquilt.dataset.executor import MakeExecutor, run_all
-from mapquilt.dataset.journal import LOCK_FILE, Journal, locked
+from mapping.io.atomic import folder_aside, write_bytes_aside, write_files_aside
+from mapping.io.safe_load import read_json
+from mapquilt.jobs.executor import MakeExecutor, run_all
+from mapquilt.jobs.journal import LOCK_FILE, Journal, locked
 from mapquilt.json_file import check_record, to_text
-from mapquilt.run_folder import refuse_foreign
+from mapquilt.runs.folder import refuse_foreign
 from mapquilt.study.files import table_files
 from mapquilt.study.plan import MissionTask, StudyPlan
 from mapquilt.study.record import plan_from_record, trials_from_record, trials_record

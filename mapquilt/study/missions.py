@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from mapping.footprint import TRUE_RESOLUTION
-from mapping.robot_log import RobotTruth
-from mapping.scan import LidarScan
-from mapquilt.mission_cache import MissionCache
-from mapquilt.place import open_place
+from mapping.ground_truth.footprint import TRUE_RESOLUTION
+from mapping.robot.robot_log import RobotTruth
+from mapping.robot.scan import LidarScan
+from mapquilt.cli.place import open_place
+from mapquilt.jobs.mission_cache import MissionCache
 from mapquilt.study.setup import Setup
-from sim.lidar import Lidar
-from sim.mission import Mission, simulate
-from sim.mission_settings import MissionSettings
-from sim.overlap import overlap_cut
+from sim.mission.mission import Mission, simulate
+from sim.mission.overlap import overlap_cut
+from sim.mission.settings import MissionSettings
+from sim.sensors.lidar import Lidar
 from worlds.raster import true_raster
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.seeds import Role, stream
-from mapquilt.benchmark.intervals import LEVEL, RESAMPLES, Interval
+from mapquilt.evaluation.intervals import LEVEL, RESAMPLES, Interval
 from mapquilt.study.counting import asked
 from mapquilt.study.plan import Level, StudyPlan
 from mapquilt.study.trial import PairTrial
@@ -51,7 +51,7 @@ def paired_tests(plan: StudyPlan, pairs: Sequence[PairTrial]) -> tuple[PairedTes
     """Each two methods at each level, and over all levels together.
 
     Sources: McNemar 1947, exact by the binomial distribution; Holm 1979; for the bootstrap see
-    :func:`mapquilt.benchmark.intervals.over_clusters`.
+    ``over_clusters``.
     """
     sought = asked(plan, pairs)
     found = []

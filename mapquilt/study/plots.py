@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mapquilt.benchmark.intervals import Interval
+from mapquilt.evaluation.intervals import Interval
 from mapquilt.numbers import parse_number, parse_range
-from mapquilt.plot_style import (
+from mapquilt.study.counting import Cell, Mean, Spread
+from mapquilt.study.results import StudyResults
+from mapquilt.viz.plot_style import (
     in_per_cent,
     logarithmic,
     new_figure,
@@ -21,8 +23,6 @@ from mapquilt.plot_style import (
     write_heading,
     write_legend,
 )
-from mapquilt.study.counting import Cell, Mean, Spread
-from mapquilt.study.results import StudyResults
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

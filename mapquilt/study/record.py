@@ -14,7 +14,7 @@ PUBLISHED = " as published"
 
 
 def plan_from_record(record: dict[str, Any]) -> StudyPlan:
-    """The plan of :meth:`StudyPlan.record`. Raises ``ValueError`` naming what cannot be planned any more."""
+    """The plan of ``StudyPlan.record``. Raises ``ValueError`` naming what cannot be planned any more."""
     vary = [f"{one['name']}={','.join(one['values'])}" for one in record["varied"]]
     fixed = [f"{name}={value}" for name, value in record["fixed"].items()]
     methods = [Method(title.removesuffix(PUBLISHED), title.endswith(PUBLISHED)) for title in record["methods"]]
@@ -34,7 +34,7 @@ def trials_record(index: int, trials: MissionTrials) -> dict[str, Any]:
 
 
 def trials_from_record(record: dict[str, Any]) -> MissionTrials:
-    """The trials of :func:`trials_record`."""
+    """The trials of ``trials_record``."""
     return MissionTrials(
         pairs=[PairTrial(**_with_tuples(one)) for one in record["pairs"]],
         teams=[TeamTrial(**_with_tuples(one)) for one in record["teams"]],

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
-from mapquilt.sample import Poses, SampleSettings
-from mapquilt.scale_options import disguise_ranges, searched_scales
-from mapquilt.sensor_options import chosen_lidar
-from merge.decision import MIN_CONFIDENCE, DecisionSettings
+from mapquilt.cli.scale_options import disguise_ranges, searched_scales
+from mapquilt.cli.sensor_options import chosen_lidar
+from mapquilt.runs.sample import Poses, SampleSettings
 from merge.settings import MergeSettings
-from sim.drive import Drive
-from sim.lidar_presets import lidar_preset
-from sim.mission_settings import MissionSettings, PolicyName
-from sim.robot import RobotSettings
-from sim.starts import Starts
+from merge.verification.acceptance import MIN_CONFIDENCE, DecisionSettings
+from sim.mission.robot import RobotSettings
+from sim.mission.settings import MissionSettings, PolicyName
+from sim.mission.starts import Starts
+from sim.physics.drive import Drive
+from sim.sensors.lidar_presets import lidar_preset
 
 DERIVED = ("robots", "duration", "beams", "overlap")
 """Settings of a mission whose levels are cut out of one mission: so many robots, so long, every so many-th beam."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from rich.table import Table
 
 from mapquilt.benchmark.table import number_text, share_text, wrong_text
+from mapquilt.cli.tables import plain_table
 from mapquilt.study.counting import Cell, CellTime
 from mapquilt.study.paired import ALL_LEVELS, PairedTest
 from mapquilt.study.results import StudyResults
-from mapquilt.tables import plain_table
 
 NUMBERS = ("pairs", "right and accepted", "wrong accepts", "deg", "%", "m", "AI", "IoU free", "F1 walls", "s a pair")
 

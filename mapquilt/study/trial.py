@@ -11,22 +11,22 @@ from pathlib import Path
 
 import numpy as np
 
-from mapping.grid import OccupancyGrid
-from mapping.map_file import map_files
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.map_file import map_files
 from mapping.map_set import MapSet
-from mapping.similarity2 import Similarity2
-from mapquilt.benchmark.trial import one_thread, warm_up
-from mapquilt.map_quality import map_quality
-from mapquilt.sample import Sample, make_sample
-from mapquilt.score import RIGHT, TransformError, transform_error
-from mapquilt.seen_slices import SeenSlices
+from mapquilt.evaluation.map_quality import map_quality
+from mapquilt.evaluation.transform_error import RIGHT, TransformError, transform_error
+from mapquilt.evaluation.trial import one_thread, warm_up
+from mapquilt.evaluation.true_places import TruePlaces, true_places
+from mapquilt.runs.sample import Sample, make_sample
+from mapquilt.runs.seen_slices import SeenSlices
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
 from mapquilt.study.setup import Setup
-from mapquilt.true_places import TruePlaces, true_places
 from merge.merger import merge_maps
-from merge.result import MergeResult, PairResult
-from sim.mission import Mission
+from merge.records.result import MergeResult, PairResult
+from sim.mission.mission import Mission
 
 Place = tuple[float, float, float, float]
 """x, y, yaw, scale of a similarity."""

@@ -10,9 +10,9 @@ from typing import Any
 
 from mapquilt.numbers import parse_number, parse_range
 from mapquilt.study.setup import Setup
-from sim.noise import COMPONENTS
-from sim.odometry import OdometryNoise
-from sim.range_noise import RangeNoise
+from sim.sensors.noise import COMPONENTS
+from sim.sensors.odometry import OdometryNoise
+from sim.sensors.range_noise import RangeNoise
 
 Change = Callable[[Setup, str], Setup]
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
-from merge.chart import Chart
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.preparation.prepared_map import Chart
 
 CELL = 0.05
 RANGE = 6.0

@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
-from mapping.resampling import resampled
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.resampling import resampled
 from merge.fusion import SAMPLES, finest, fuse, fuse_and_compare
 
 FRAME = GridFrame(0.1, SE2(3.0, -2.0, 0.4), (2, 3))

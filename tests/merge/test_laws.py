@@ -7,12 +7,12 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from mapping.disguise import disguise
-from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.frame_perturbation import disguise
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange
 from merge.merger import match_maps
 from tests.merge.rooms import CELL, observed, rooms, viewpoints

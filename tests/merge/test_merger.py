@@ -6,16 +6,16 @@ import os
 import numpy as np
 import pytest
 
-from mapping.frame import GridFrame, pixel_matrix
-from mapping.grid import OccupancyGrid
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame, pixel_matrix
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange, merge_maps
-from merge.decision import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
-from merge.matching import OTHER_SCALE, PairTask, _at_another_scale
-from merge.pair import NOTHING_PROPOSED
-from merge.sheets import Shelf
+from merge.pair.feature_cache import Shelf
+from merge.pair.matching import OTHER_SCALE, PairTask, _at_another_scale
+from merge.pair.pipeline import NOTHING_PROPOSED
+from merge.verification.acceptance import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 QUILT = MergeSettings(method="quilt")
@@ -356,7 +356,7 @@ def test_unknown_cells_around_a_map_change_nothing(known):
 @pytest.mark.parametrize("most", [20_000, 60_000])
 def test_maps_of_very_many_cells_are_compared_in_wider_ones_and_answered_in_their_own(monkeypatch, most):
     maps, frames = team(5, scale=(0.7, 0.7), honest=False)
-    monkeypatch.setattr("merge.sheets.MOST_CELLS", most)
+    monkeypatch.setattr("merge.pair.feature_cache.MOST_CELLS", most)
     pair = quilted(maps).pairs[0]
     assert pair.accepted, pair.reason
     assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.5

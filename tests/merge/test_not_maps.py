@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from skimage import data
 
-from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
-from mapping.map_file import load_map
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
 from merge import MergeSettings, ScaleRange
 from merge.merger import match_maps
 from tests.merge.rooms import observed, rooms, viewpoints

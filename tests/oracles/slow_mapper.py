@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from mapping.scan import LidarScan
-from mapping.se2 import SE2
-from mapping.sensor_model import CountingModel, LogOddsModel, SensorModel, logit
+from mapping.geometry.se2 import SE2
+from mapping.grid.sensor_model import CountingModel, LogOddsModel, SensorModel, logit
+from mapping.robot.scan import LidarScan
 
 Cell = tuple[int, int]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from mapping.se2 import SE2
-from sim.lidar import Lidar
-from sim.mission import Mission, simulate
-from sim.mission_settings import MissionSettings
-from sim.robot import RobotSettings
-from worlds.families import make_world
+from mapping.geometry.se2 import SE2
+from sim.mission.mission import Mission, simulate
+from sim.mission.robot import RobotSettings
+from sim.mission.settings import MissionSettings
+from sim.sensors.lidar import Lidar
+from worlds.families.registry import make_world
 from worlds.polygon import box
 from worlds.world import World
 

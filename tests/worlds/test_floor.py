@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mapping.se2 import SE2
+from mapping.geometry.se2 import SE2
 from worlds.floor import find_floor, require_drivable
 from worlds.polygon import Polygon, box
 from worlds.world import World

@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from mapping.se2 import SE2
-from worlds.families import make_world
+from mapping.geometry.se2 import SE2
+from worlds.families.registry import make_world
 from worlds.polygon import box, turned_box
 from worlds.raster import true_raster
 from worlds.world import World

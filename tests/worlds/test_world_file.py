@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from mapping.se2 import SE2
-from worlds.families import make_world
+from mapping.geometry.se2 import SE2
+from worlds.families.registry import make_world
 from worlds.polygon import signed_area, turned_box
 from worlds.world import World
 from worlds.world_file import world_from_json, world_to_json

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from mapping.grid import OccupancyGrid
-from tests.merge.baselines.crisp import crisp_pair
+from mapping.grid.occupancy_grid import OccupancyGrid
+from tests.merge.literature.crisp import crisp_pair
 
 GREYS = ((0, "occupied"), (254, "free"))
 

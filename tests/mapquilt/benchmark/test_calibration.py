@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mapquilt.benchmark.calibration import auc, calibration, equal_mass_bins
+from mapquilt.evaluation.calibration import auc, calibration, equal_mass_bins
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.mapquilt.conftest import command, hashes
+from tests.conftest import command, hashes
 
 TIMED = ("timings.json", "table.md")
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from mapquilt.benchmark.calibrate import decision_record
-from mapquilt.benchmark.calibration import calibration
-from mapquilt.benchmark.fitting import fit_decision, judged_again
-from mapquilt.benchmark.trial import Trial
-from mapquilt.cli import run
+from mapquilt.cli.app import run
+from mapquilt.evaluation.calibration import calibration
+from mapquilt.evaluation.fitting import fit_decision, judged_again
+from mapquilt.evaluation.transform_error import TransformError
+from mapquilt.evaluation.trial import Trial
 from mapquilt.json_file import read_record, write_record
-from mapquilt.score import TransformError
-from merge.decision import DecisionSettings, decide
-from merge.result import Evidence
+from merge.records.result import Evidence
+from merge.verification.acceptance import DecisionSettings, decide
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
 TRUE = DecisionSettings(lead=24.0, contradiction=90.0, threshold=2.0)

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from mapquilt.benchmark.pair_file import read_pairs
-from tests.merge.baselines.crisp import crisp_pair
+from mapquilt.evaluation.pair_file import read_pairs
+from tests.merge.literature.crisp import crisp_pair
 
 
 def test_the_truth_in_pixels_is_the_truth_in_cells(pairs_file):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.mapquilt.conftest import command
+from tests.conftest import command
 
 SPEC = """\
 name: tiny

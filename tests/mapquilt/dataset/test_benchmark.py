@@ -5,7 +5,7 @@ import json
 
 import mapquilt
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
-from tests.mapquilt.conftest import command
+from tests.conftest import command
 
 
 def test_pairs_are_those_of_the_data_set(tiny):

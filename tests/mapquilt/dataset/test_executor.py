@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mapquilt.dataset.executor import MOST_TRIES, process_pool, run_all
-from tests.mapquilt.conftest import hashes
+from mapquilt.jobs.executor import MOST_TRIES, process_pool, run_all
+from tests.conftest import hashes
 
 
 def square(number):
@@ -53,7 +53,7 @@ def test_work_that_kills_its_worker_is_given_up_after_three_times():
 
 PARENT = """
 import os, time
-from mapquilt.dataset.executor import process_pool
+from mapquilt.jobs.executor import process_pool
 if __name__ == "__main__":
     pool = process_pool(1, {preload})
     print(pool.submit(os.getpid).result(), flush=True)

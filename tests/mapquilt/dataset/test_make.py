@@ -16,12 +16,12 @@ import pytest
 
 import mapquilt
 from mapquilt.dataset import group
-from mapquilt.dataset.journal import locked
 from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
-from tests.mapquilt.conftest import command, hashes
-from tests.mapquilt.test_cli import heed_interrupts, refused
+from mapquilt.jobs.journal import locked
+from tests.conftest import command, hashes
+from tests.mapquilt.cli.test_app import heed_interrupts, refused
 
 
 def make(spec, out, workers=1):
@@ -139,7 +139,7 @@ def test_two_at_once_in_one_folder_are_refused(spec_file, tmp_path, capsys):
 
 
 def test_the_lock_dies_with_its_holder(tmp_path):
-    hold = "import sys, time; from pathlib import Path; from mapquilt.dataset.journal import locked\n"
+    hold = "import sys, time; from pathlib import Path; from mapquilt.jobs.journal import locked\n"
     hold += "with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(600)"
     process = subprocess.Popen([sys.executable, "-c", hold, str(tmp_path)], stdout=subprocess.PIPE)
     assert process.stdout.readline() == b"held\n"

@@ -10,7 +10,7 @@ import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
-from tests.mapquilt.conftest import command
+from tests.conftest import command
 from tests.mapquilt.dataset.conftest import spec_file, tiny
 from tests.mapquilt.study.conftest import tiny_study
 

@@ -17,7 +17,7 @@ from mapquilt.report.command import read_content
 from mapquilt.report.gallery import choose
 from mapquilt.report.page import render_page
 from mapquilt.report.summary import headline
-from tests.mapquilt.conftest import command
+from tests.conftest import command
 
 VOID = {"meta", "link", "img", "input", "br"}
 

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mapping.frame import GridFrame
-from mapping.grid import OccupancyGrid
-from mapping.map_file import save_map
-from mapping.se2 import SE2
-from mapping.similarity2 import Similarity2
-from mapquilt.palette import ROBOTS, WALL
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.map_file import save_map
 from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.pictures import Painter
+from mapquilt.viz.palette import ROBOTS, WALL
 
 BLUE, ORANGE = (tuple(bytes.fromhex(colour[1:])) for colour in ROBOTS[:2])
 

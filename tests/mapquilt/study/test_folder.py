@@ -11,9 +11,9 @@ import pytest
 from distributed import LocalCluster
 
 import mapquilt.study.folder as folder_module
-from mapquilt.dataset.executor import dask_cluster
+from mapquilt.jobs.executor import dask_cluster
 from mapquilt.study.folder import TRIALS_FILE, load_results, run_study
-from tests.mapquilt.conftest import command, hashes
+from tests.conftest import command, hashes
 from tests.mapquilt.study.conftest import plan, run, threads
 
 TIMES = ("timings.json", "timings.csv", TRIALS_FILE)

@@ -9,8 +9,8 @@ import pytest
 
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.setup import Setup
-from sim.mission import simulate
-from worlds.families import make_world
+from sim.mission.mission import simulate
+from worlds.families.registry import make_world
 
 LONG = Setup(robots=3, duration=3.0)
 

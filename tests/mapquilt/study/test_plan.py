@@ -9,8 +9,8 @@ import pytest
 from mapquilt.study.plan import Method, plan_study
 from mapquilt.study.setup import Setup
 from mapquilt.study.variables import SWEEPS, VARIABLES, variable
-from sim.noise import COMPONENTS
-from sim.odometry import OdometryNoise
+from sim.sensors.noise import COMPONENTS
+from sim.sensors.odometry import OdometryNoise
 from tests.mapquilt.study.conftest import plan
 
 VALUES = {

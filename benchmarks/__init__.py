@@ -1,0 +1,1 @@
+"""Benchmarks of cost: time and memory of each step."""

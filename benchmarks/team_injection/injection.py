@@ -1,0 +1,159 @@
+"""Answers for the pairs of a drawn team: right ones with the noise of real answers, and wrong ones put among them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from benchmarks.team_injection.drawn_team import DrawnTeam
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from merge.pair.feature_cache import make_chart, metres_from_chart
+from merge.preparation.prepared_map import Chart
+from merge.records.result import PairResult
+from merge.verification.wall_overlap import compare_walls
+
+Pair = tuple[int, int]
+
+LEAST_OVERLAP = 0.2
+"""Pairs that share less of the smaller map are not answered."""
+
+ANSWERED = 0.85
+"""Of the pairs that share enough so many are."""
+
+SHARE_OFF, TURN_OFF, GROWTH_OFF = 0.003, math.radians(0.25), 0.003
+"""Deviations of right answers: of the smaller diagonal, and of yaw and log scale; about what the merger's show."""
+
+WRONG_BEYOND = 0.1
+"""A wrong answer lays the source's middle so far off, as a share of its diagonal, or turns it by a quarter or more."""
+
+
+POINTS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Injected:
+    """The answers of a team, and which of them are wrong."""
+
+    pairs: tuple[PairResult, ...]
+    wrong: frozenset[tuple[str, str]]
+
+
+def inject(team: DrawnTeam, share: float, rng: np.random.Generator, draws: int = 1) -> Injected | None:
+    """Answers of which ``share`` are wrong, as sure as the right ones.
+
+    Without any one of the right ones the others still join all maps, so that none need be lost; None where the maps
+    overlap too little for that. Each wrong answer is, of so many ``draws``, the one whose walls look best.
+    """
+    overlaps = {pair: _overlap(team, *pair) for pair in combinations(range(len(team.maps)), 2)}
+    right = [p for p, share in overlaps.items() if share >= LEAST_OVERLAP and rng.random() < ANSWERED]
+    number = len(team.maps)
+    if not _held(number, right):
+        return None
+    wrong: list[Pair] = []
+    spare = [pair for pair in overlaps if pair not in right]
+    rng.shuffle(spare)
+    while len(wrong) < round(share * (len(right) + len(wrong))):
+        taken = spare.pop() if spare and rng.random() < 0.5 else _redundant(number, right, rng)
+        if taken is None and not spare:
+            break
+        taken = taken if taken is not None else spare.pop()
+        right = [pair for pair in right if pair != taken]
+        wrong.append(taken)
+    charts = [make_chart(grid) for grid in team.maps.grids]
+    answers = [
+        _answer(team, (a, b), (charts[a], charts[b]), draws if (a, b) in wrong else 0, rng)
+        for a, b in sorted([*right, *wrong])
+    ]
+    names = team.maps.names
+    return Injected(tuple(answers), frozenset((names[a], names[b]) for a, b in wrong))
+
+
+def _overlap(team: DrawnTeam, target: int, source: int) -> float:
+    there, here = team.maps.grids[target], team.maps.grids[source]
+    points = here.frame.metres_from_cells(np.argwhere(here.known))
+    cells = there.frame.cells_from_metres(team.truth(target, source).apply(points))
+    inside = there.frame.contains(cells)
+    common = np.count_nonzero(there.known[cells[inside, 0], cells[inside, 1]]) / len(points)
+    scale = team.truth(target, source).scale * here.frame.resolution / there.frame.resolution
+    smaller = min(1.0, np.count_nonzero(there.known) / (len(points) * scale**2))
+    return float(common / smaller)
+
+
+def _held(number: int, pairs: list[Pair]) -> bool:
+    """Whether the pairs join all maps, and would without any one of them: nobody could tell which of two answers is
+    right where a map has no third. Of three maps it is enough that they are joined."""
+    if number < 4:
+        return _joined(number, pairs)
+    return all(_joined(number, [*pairs[:k], *pairs[k + 1 :]]) for k in range(len(pairs)))
+
+
+def _joined(number: int, pairs: list[Pair]) -> bool:
+    rows, cols = [a for a, _ in pairs], [b for _, b in pairs]
+    graph = csr_array((np.ones(len(rows)), (rows, cols)), shape=(number, number))
+    return int(connected_components(graph, directed=False)[0]) == 1
+
+
+def _redundant(number: int, right: list[Pair], rng: np.random.Generator) -> Pair | None:
+    """A right pair without which the others still hold all maps."""
+    for k in map(int, rng.permutation(len(right))):
+        if _held(number, [pair for pair in right if pair != right[k]]):
+            return right[k]
+    return None
+
+
+def _answer(
+    team: DrawnTeam, pair: Pair, charts: tuple[Chart, Chart], draws: int, rng: np.random.Generator
+) -> PairResult:
+    target, source = pair
+    there, here = team.maps.grids[target], team.maps.grids[source]
+    truth = team.truth(target, source)
+    size = min(there.known_diagonal, truth.scale * here.known_diagonal)
+    middle = truth.apply(here.frame.metres_from_cells(np.argwhere(here.known)).mean(axis=0))
+    fixed = team.maps.resolutions_trusted
+    off = np.array([SHARE_OFF * size, SHARE_OFF * size, TURN_OFF, 0.0 if fixed else GROWTH_OFF])
+    if draws:
+        places = [_moved(truth, middle, _wrong(size, fixed, rng)) for _ in range(draws)]
+        found = max(places, key=lambda place: _looks(there.frame, here.frame, charts, place))
+    else:
+        found = _moved(truth, middle, off * rng.standard_normal(4))
+    arm = np.array([found.x, found.y]) - middle
+    moved = np.eye(4)
+    moved[:2, 2], moved[:2, 3], moved[3, 3] = (-arm[1], arm[0]), arm, found.scale
+    return PairResult(
+        target=team.maps.names[target],
+        source=team.maps.names[source],
+        accepted=True,
+        confidence=float(rng.uniform(0.7, 1.0)),
+        reason=None,
+        target_from_source=found,
+        target_from_source_pixels=None,
+        unit="m",
+        evidence=None,
+        covariance=moved @ np.diag(off**2) @ moved.T,
+    )
+
+
+def _moved(truth: Similarity2, middle: NDArray[np.float64], move: NDArray[np.float64]) -> Similarity2:
+    turn = Similarity2(yaw=float(move[2]), scale=math.exp(move[3]))
+    x, y = middle + move[:2] - turn.apply(middle)
+    return Similarity2(float(x), float(y), turn.yaw, turn.scale) @ truth
+
+
+def _looks(there: GridFrame, here: GridFrame, charts: tuple[Chart, Chart], place: Similarity2) -> float:
+    cells = metres_from_chart(there, charts[0]).inverse() @ place @ metres_from_chart(here, charts[1])
+    return compare_walls(*charts, cells, POINTS).agreement
+
+
+def _wrong(size: float, fixed: bool, rng: np.random.Generator) -> NDArray[np.float64]:
+    """A move to another place: the next room, the hall turned round, or anywhere."""
+    turns = rng.choice([0.0, math.pi / 2.0, math.pi, -math.pi / 2.0]) if rng.random() < 0.7 else rng.uniform(-3.1, 3.1)
+    reach, way = size * rng.uniform(WRONG_BEYOND, 0.6), rng.uniform(-math.pi, math.pi)
+    growth = 0.0 if fixed or rng.random() < 0.5 else rng.uniform(-0.3, 0.3)
+    return np.array([reach * math.cos(way), reach * math.sin(way), turns, growth])

@@ -1,0 +1,137 @@
+"""What the merger makes of drawn teams: wrong edges thrown out, poses against chained pairs, time and memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
+
+from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_team
+from benchmarks.team_injection.injection import inject
+from mapping.geometry.similarity2 import Similarity2
+from merge.merger import merge_maps
+from merge.multimap.cluster import Group
+from merge.multimap.consistency import consistent
+from merge.multimap.edge import Ground, edge_of
+from merge.multimap.overlap_likelihood import Witness
+from merge.pair.feature_cache import Shelf
+from merge.records.result import MergeResult, PairResult
+from worlds.families.registry import make_world
+
+WORLDS = ("office", "house", "hospital", "maze", "cave", "thesis_floor", "warehouse")
+SIZES = {"house": (24.0, 18.0), "thesis_floor": (None, None)}
+USUAL = (40.0, 28.0)
+COARSE_TEAMS = DrawnSettings(stops=15, beams=240, drift=0.02, turn_drift=0.004, resolution=0.1)
+
+
+@dataclass(frozen=True)
+class InjectionTrial:
+    """What became of one team: how many maps, answers and wrong ones, how many of those were believed in the end, how
+    many maps lost, and how many right answers put aside."""
+
+    world: str
+    maps: int
+    edges: int
+    wrong: int
+    wrong_kept: int
+    maps_lost: int
+    right_aside: int
+
+    @property
+    def passed(self) -> bool:
+        return self.wrong_kept == 0 and self.maps_lost == 0
+
+
+def drawn(seed: int, maps: int | None = None, settings: DrawnSettings = COARSE_TEAMS) -> tuple[str, DrawnTeam]:
+    """The team of a seed, and its world: 3 to 20 maps unless told otherwise; every other team of unknown scales."""
+    rng = np.random.default_rng(seed)
+    number = int(rng.integers(3, 21)) if maps is None else maps
+    world = WORLDS[seed % len(WORLDS)]
+    low, high = ((1.0, 1.0), (0.6, 1.6))[seed % 2]
+    chosen = DrawnSettings(**{**vars(settings), "maps": number, "scale_low": low, "scale_high": high})
+    return world, draw_team(make_world(world, seed, *SIZES.get(world, USUAL)), chosen, rng)
+
+
+def injection_trial(seed: int, share: float = 0.3, draws: int = 1, maps: int | None = None) -> InjectionTrial | None:
+    """Put wrong answers among right ones, and see which are believed; None where the maps of the seed's team overlap
+    too little to be told apart (``inject``)."""
+    world, team = drawn(seed, maps)
+    injected = inject(team, share, np.random.default_rng([seed, 1]), draws)
+    if injected is None:
+        return None
+    groups = _groups(team, injected.pairs)
+    names = team.maps.names
+    kept = {frozenset((names[e.target], names[e.source])) for group in groups for e in group.edges}
+    wrong = {frozenset(pair) for pair in injected.wrong}
+    right = {frozenset((p.target, p.source)) for p in injected.pairs} - wrong
+    lost = len(names) - max(len(group.poses) for group in groups)
+    return InjectionTrial(
+        world, len(names), len(injected.pairs), len(wrong), len(wrong & kept), lost, len(right - kept)
+    )
+
+
+def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Group]:
+    shelf = Shelf()
+    grounds = Ground.all(team.maps, shelf)
+    witness = Witness(team.maps, grounds, shelf)
+    place = team.maps.names.index
+    edges = [edge_of(pair, (place(pair.target), place(pair.source)), grounds) for pair in pairs]
+    return consistent(len(team.maps), edges, witness, team.maps.resolutions_trusted)
+
+
+@dataclass(frozen=True)
+class PoseTrial:
+    """Errors of the maps of one team, each against the reference's, as ``pose_errors`` has them."""
+
+    joint: tuple[float, ...]
+    chained: tuple[float, ...]
+
+
+def pose_trial(seed: int, maps: int = 8) -> PoseTrial | None:
+    """Poses refined together, and those along chained pairs, of a team that is matched for real; None where fewer than
+    three maps join."""
+    _, team = drawn(seed, maps=maps)
+    result = merge_maps(team.maps)
+    if len(result.reference_from_map) < 3:
+        return None
+    joint = pose_errors(team, dict(result.reference_from_map))
+    return PoseTrial(tuple(joint), tuple(pose_errors(team, chained(team, result))))
+
+
+def pose_errors(team: DrawnTeam, reference_from_map: dict[str, Similarity2]) -> list[float]:
+    """Mean displacement of the known cells of each map but the reference, against the truth, in its cells."""
+    names = team.maps.names
+    reference = next(name for name, place in reference_from_map.items() if place == Similarity2.identity())
+    errors = []
+    for name, place in reference_from_map.items():
+        if name != reference:
+            grid = team.maps.grids[names.index(name)]
+            truth = team.truth(names.index(reference), names.index(name))
+            points = grid.frame.metres_from_cells(np.argwhere(grid.known))
+            off = np.hypot(*(place.apply(points) - truth.apply(points)).T).mean()
+            errors.append(float(off / (truth.scale * grid.frame.resolution)))
+    return errors
+
+
+def chained(team: DrawnTeam, result: MergeResult) -> dict[str, Similarity2]:
+    """Where the first group's maps lie along the surest pairs alone: a maximum spanning tree by confidence."""
+    names = [name for name in team.maps.names if name in result.reference_from_map]
+    held = [p for p in result.pairs if p.accepted and p.target in names and p.source in names]
+    at = {name: k for k, name in enumerate(names)}
+    costs = [2.0 - p.confidence for p in held]
+    ends = [at[p.target] for p in held], [at[p.source] for p in held]
+    tree = minimum_spanning_tree(csr_array((costs, ends), shape=(len(names), len(names))))
+    order, before = breadth_first_order(tree, at[result.reference], directed=False)
+    between: dict[tuple[int, int], Similarity2] = {}
+    for pair in held:
+        found = pair.target_from_source
+        if found is not None:
+            between[at[pair.target], at[pair.source]] = found
+            between[at[pair.source], at[pair.target]] = found.inverse()
+    placed = {at[result.reference]: Similarity2.identity()}
+    for k in order.tolist()[1:]:
+        placed[k] = placed[int(before[k])] @ between[int(before[k]), k]
+    return {names[k]: place for k, place in placed.items()}

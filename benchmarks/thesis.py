@@ -1,0 +1,85 @@
+"""The method of chapter 5 in ``make bench``: what the correction of a map costs, and a pair."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from functools import partial
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapquilt.evaluation.trial import one_thread, warm_up
+from merge.literature.chen2021.correction import corrected
+from merge.merger import match_maps
+from merge.pair.feature_cache import MARGIN_CELLS
+from merge.preparation.map_image import trinary_picture
+from merge.settings import MergeSettings
+from reproductions.chen2021.cases import BASE
+from reproductions.chen2021.missions import drawn_maps
+
+SEED = 7
+ROUNDS = 7
+CORRECTION_BOUND_S, PAIR_BOUND_S = 0.3, 1.0
+METHOD = "morphology"
+
+
+def bench_thesis() -> None:
+    """Print processor seconds on one thread, the maps being about 400 x 400 cells."""
+    maps = drawn_maps("hall", SEED)
+    target, source = maps[BASE].grid, maps["set 3"].grid
+    table = Table(
+        title="chapter 5 of Chen (2021): seconds on one core", box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
+    )
+    table.add_column("")
+    for name in ("median", "range", "bound"):
+        table.add_column(name, justify="right")
+    with one_thread():
+        for name, grid in (("correcting a map", target), ("correcting a noisy map", source)):
+            _add(table, f"{name}, {_size(grid)} cells", partial(_correct, grid), CORRECTION_BOUND_S)
+        team = MapSet(("a", "b"), (target, source), ("m", "m"))
+        for title, settings in _settings():
+            warm_up(settings)
+            _add(table, title, partial(match_maps, team, settings), PAIR_BOUND_S)
+    Console(highlight=False, width=110).print(table)
+
+
+def _settings() -> tuple[tuple[str, MergeSettings], ...]:
+    free = ScaleRange.free()
+    return (
+        ("a pair as published, scale known", MergeSettings(METHOD, as_published=True)),
+        ("a pair as published, scale 0.5 to 2", MergeSettings(METHOD, free, as_published=True)),
+        ("a pair through the common judge, scale known", MergeSettings(METHOD)),
+        ("a pair through the common judge, scale 0.5 to 2", MergeSettings(METHOD, free)),
+    )
+
+
+def _correct(grid: OccupancyGrid) -> None:
+    corrected(trinary_picture(grid.cropped(MARGIN_CELLS)))
+
+
+def _size(grid: OccupancyGrid) -> str:
+    rows, cols = grid.frame.shape
+    return f"{cols} x {rows}"
+
+
+def _add(table: Table, name: str, work: Callable[[], object], bound: float) -> None:
+    work()
+    seconds = [_seconds(work) for _ in range(ROUNDS)]
+    span = f"{min(seconds):.3f} to {max(seconds):.3f}"
+    table.add_row(name, f"{statistics.median(seconds):.3f}", span, f"at most {bound:g}")
+
+
+def _seconds(work: Callable[[], object]) -> float:
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+if __name__ == "__main__":
+    bench_thesis()

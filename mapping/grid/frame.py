@@ -1,0 +1,92 @@
+"""Where the cells of a grid lie: the only place that turns cells or pixels into metres, or back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+
+
+@dataclass(frozen=True)
+class GridFrame:
+    """A raster in the plane, as nav_msgs/MapMetaData describes it.
+
+    ``resolution`` in metres a cell; ``origin`` the pose of the outer corner of cell (0, 0) in the map frame;
+    ``shape`` (rows, cols). Cell [row, col] spans x in [col, col + 1] and y in [row, row + 1] cells from that corner.
+
+    Raises ``ValueError`` where the resolution is not positive and finite or the shape is empty.
+    """
+
+    resolution: float
+    origin: SE2
+    shape: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "resolution", float(self.resolution))
+        object.__setattr__(self, "shape", (int(self.shape[0]), int(self.shape[1])))
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise ValueError(f"GridFrame: resolution is {self.resolution}, must be positive and finite")
+        if min(self.shape) < 1:
+            raise ValueError(f"GridFrame: shape is {self.shape}, needs at least one cell")
+
+    def metres_from_cells(self, cells: ArrayLike) -> NDArray[np.float64]:
+        """Centres [m], (N, 2) rows of x, y, of cells given as (N, 2) rows of row, col."""
+        cells = np.asarray(cells, dtype=np.float64)
+        local = (cells[..., ::-1] + 0.5) * self.resolution
+        return self.origin.apply(local)
+
+    def cells_from_metres(self, points: ArrayLike) -> NDArray[np.int64]:
+        """The cells, (N, 2) rows of row, col, that hold the points, (N, 2) rows of x, y [m]. They may lie outside."""
+        local = self.origin.inverse().apply(points) / self.resolution
+        return np.floor(local[..., ::-1]).astype(np.int64)
+
+    def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
+        """Which cells, (N, 2) rows of row, col, lie in the raster: (N,)."""
+        cells = np.asarray(cells)
+        inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.shape)), axis=-1)
+        return inside
+
+    def window(self, corner: tuple[int, int], shape: tuple[int, int]) -> GridFrame:
+        """The raster of ``shape`` (rows, cols) on the same cells whose first is ``corner`` (row, col) of this one."""
+        row, col = corner
+        moved = self.origin @ SE2(col * self.resolution, row * self.resolution)
+        return GridFrame(self.resolution, moved, shape)
+
+    def metre_from_pixel(self) -> NDArray[np.float64]:
+        """The (3, 3) affine map from pixel (u, v, 1), centres at integers and v down, to metre (x, y, 1).
+
+        ``metre = origin + r R(yaw) (u + 1/2, H - 1/2 - v)``: pixel (0, H - 1) is the centre of cell (0, 0).
+        """
+        r, height = self.resolution, self.shape[0]
+        c, s = r * math.cos(self.origin.yaw), r * math.sin(self.origin.yaw)
+        right, up = 0.5, height - 0.5
+        return np.array(
+            [
+                [c, s, self.origin.x + c * right - s * up],
+                [s, -c, self.origin.y + s * right + c * up],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+
+def pixel_matrix(target: GridFrame, target_from_source: Similarity2, source: GridFrame) -> NDArray[np.float64]:
+    """The (2, 3) matrix from pixels of the source's image to pixels of the target's.
+
+    It is ``P_target^-1 S P_source``, what ``cv2.warpAffine`` takes as forward matrix; its angle has the opposite
+    sign of ``target_from_source.yaw``, because y points down in images.
+    """
+    similarity = np.vstack((target_from_source.matrix(), (0.0, 0.0, 1.0)))
+    metre_from_pixel = similarity @ source.metre_from_pixel()
+    return np.linalg.solve(target.metre_from_pixel(), metre_from_pixel)[:2].astype(np.float64)
+
+
+def similarity_from_pixels(target: GridFrame, matrix: ArrayLike, source: GridFrame) -> Similarity2:
+    """The inverse of ``pixel_matrix``: the metric ``target_from_source`` of a (2, 3) pixel matrix."""
+    pixels = np.vstack((np.asarray(matrix, dtype=np.float64), (0.0, 0.0, 1.0)))
+    metric = target.metre_from_pixel() @ pixels @ np.linalg.inv(source.metre_from_pixel())
+    return Similarity2.from_matrix(metric[:2])

@@ -1,0 +1,85 @@
+"""The occupancy grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mapping.arrays import frozen_array
+from mapping.grid.frame import GridFrame
+
+OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+"""The values of nav_msgs/OccupancyGrid in a trinary map."""
+
+TRINARY_LOG_ODDS = math.log(0.9 / 0.1)
+"""What a cell of a trinary file counts for: occupied with probability 0.9, or 0.1 where free."""
+
+SMALLEST_MISS = np.float32(-1e-6)
+"""What a seen cell holds whose evidence cancels: still free, and no longer unknown."""
+
+
+@dataclass(frozen=True, eq=False)
+class OccupancyGrid:
+    """Log-odds of occupancy, ``log_odds`` (rows, cols) float32, row 0 lowest: > 0 occupied, < 0 free, 0 unknown.
+
+    Raises ``ValueError`` where the array does not have the frame's shape or holds a number that is not finite.
+    """
+
+    frame: GridFrame
+    log_odds: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "log_odds", frozen_array(self.log_odds, np.float32))
+        if self.log_odds.shape != self.frame.shape:
+            raise ValueError(
+                f"OccupancyGrid: log_odds {self.log_odds.shape}, but the frame has {self.frame.shape} cells"
+            )
+        if not np.isfinite(self.log_odds).all():
+            raise ValueError("OccupancyGrid: log_odds holds a number that is not finite")
+
+    @staticmethod
+    def from_occupancy(frame: GridFrame, occupancy: ArrayLike) -> OccupancyGrid:
+        """A grid from trinary values (rows, cols): 100 occupied, 0 free, -1 unknown."""
+        values = np.asarray(occupancy)
+        signs = (values == OCCUPIED).astype(np.float32) - (values == FREE).astype(np.float32)
+        return OccupancyGrid(frame, np.float32(TRINARY_LOG_ODDS) * signs)
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        return self.log_odds > 0.0
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        return self.log_odds < 0.0
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        return np.not_equal(self.log_odds, 0.0)
+
+    @property
+    def known_diagonal(self) -> float:
+        """Diagonal of the box around the known cells [stated metres]; 0 where none is known."""
+        known = self.known
+        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+        if rows.size == 0:
+            return 0.0
+        return self.frame.resolution * math.hypot(float(np.ptp(rows)) + 1.0, float(np.ptp(cols)) + 1.0)
+
+    def cropped(self, margin: int = 0) -> OccupancyGrid:
+        """The box of the known cells with ``margin`` cells around it, unknown where the raster ends; cells and metres
+        stay where they are. A grid that knows nothing keeps one cell and its margin."""
+        known = self.known
+        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+        low, left, high, right = (rows[0], cols[0], rows[-1], cols[-1]) if rows.size else (0, 0, 0, 0)
+        box = np.pad(self.log_odds[low : high + 1, left : right + 1], margin)
+        return OccupancyGrid(self.frame.window((int(low) - margin, int(left) - margin), box.shape), box)
+
+    def occupancy(self) -> NDArray[np.int8]:
+        """The trinary map (rows, cols) int8 as nav_msgs/OccupancyGrid has it: 100, 0 or -1, row 0 lowest."""
+        values = np.full(self.frame.shape, UNKNOWN, dtype=np.int8)
+        values[self.occupied] = OCCUPIED
+        values[self.free] = FREE
+        return values

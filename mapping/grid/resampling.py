@@ -1,0 +1,79 @@
+"""A grid looked up on the cells of another raster."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+
+LEAST_SAMPLES = 4
+"""Points a side at which a new cell looks up the old grid; more where new cells are larger."""
+
+
+def resampled(
+    grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame, least_samples: int = LEAST_SAMPLES
+) -> NDArray[np.float32]:
+    """Log-odds (rows, cols) of the cells of ``frame``, the grid's metres being moved by ``frame_from_grid``.
+
+    A cell is occupied if it holds the centre of an occupied cell or lies in occupied cells by half (so walls of one
+    cell survive coarser cells, and keep their width in finer ones), else unknown if it lies in unknown cells by more
+    than half, else free. Its log-odds are the mean over the samples of that kind.
+    """
+    affine = _cell_affine(grid.frame, frame_from_grid.inverse(), frame)
+    samples = max(least_samples, math.ceil(2.0 * math.hypot(affine[0, 0], affine[1, 0])))
+    log_odds = _resample(grid.log_odds, affine, samples, frame.shape)
+    _keep_walls(log_odds, grid, frame_from_grid, frame)
+    return log_odds
+
+
+def _cell_affine(old: GridFrame, old_from_new: Similarity2, new: GridFrame) -> NDArray[np.float64]:
+    """(2, 3) map from (x, y, 1) in cells of the new grid to x, y in cells of the old one."""
+    cells = (
+        Similarity2.from_se2(old.origin, old.resolution).inverse()
+        @ old_from_new
+        @ Similarity2.from_se2(new.origin, new.resolution)
+    )
+    return cells.matrix()
+
+
+@njit(cache=True)
+def _resample(
+    old: NDArray[np.float32], affine: NDArray[np.float64], samples: int, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    new = np.zeros(shape, np.float32)
+    for row in range(shape[0]):
+        for col in range(shape[1]):
+            occupied, free, sum_occupied, sum_free = 0, 0, 0.0, 0.0
+            for i in range(samples):
+                y = row + (i + 0.5) / samples
+                for j in range(samples):
+                    x = col + (j + 0.5) / samples
+                    c = math.floor(affine[0, 0] * x + affine[0, 1] * y + affine[0, 2])
+                    r = math.floor(affine[1, 0] * x + affine[1, 1] * y + affine[1, 2])
+                    if r < 0 or c < 0 or r >= old.shape[0] or c >= old.shape[1]:
+                        continue
+                    value = old[r, c]
+                    if value > 0.0:
+                        occupied, sum_occupied = occupied + 1, sum_occupied + value
+                    elif value < 0.0:
+                        free, sum_free = free + 1, sum_free + value
+            if 2 * occupied >= samples * samples:
+                new[row, col] = sum_occupied / occupied
+            elif free > 0 and 2 * (occupied + free) >= samples * samples:
+                new[row, col] = sum_free / free
+    return new
+
+
+def _keep_walls(
+    log_odds: NDArray[np.float32], grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame
+) -> None:
+    walls = np.argwhere(grid.occupied)
+    cells = frame.cells_from_metres(frame_from_grid.apply(grid.frame.metres_from_cells(walls)))
+    rows, cols = cells[:, 0].clip(0, frame.shape[0] - 1), cells[:, 1].clip(0, frame.shape[1] - 1)
+    np.maximum.at(log_odds, (rows, cols), grid.log_odds[walls[:, 0], walls[:, 1]])

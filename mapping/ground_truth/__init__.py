@@ -1,0 +1,1 @@
+"""Ground truth of maps that drift: footprints, best fits, overlap and ambiguity."""

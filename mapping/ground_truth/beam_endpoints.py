@@ -1,0 +1,163 @@
+"""Where beams were believed to end and where they truly ended, by true cell: what the truth is fitted on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mapping.arrays import frozen_array
+from mapping.geometry.se2 import SE2
+from mapping.ground_truth.footprint import TRUE_RESOLUTION
+from mapping.robot.robot_log import RobotLog, RobotTruth
+from mapping.robot.scan import LidarScan
+from mapping.robot.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """True cells (N, 2) row, col of the world where a robot's beams ended, and the mean place of those ends:
+    ``true`` (N, 2) in the world [m], ``believed`` (N, 2) in the robot's start frame [m]."""
+
+    cells: NDArray[np.int64]
+    true: NDArray[np.float64]
+    believed: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "cells", frozen_array(self.cells, np.int64))
+        object.__setattr__(self, "true", frozen_array(self.true, np.float64))
+        object.__setattr__(self, "believed", frozen_array(self.believed, np.float64))
+
+
+def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]) -> Sightings:
+    """Where beams were believed to end and where they truly ended, averaged over each true cell.
+
+    ``start_from_base`` are the believed poses, one a scan; ``replaced`` (N, B) marks readings that noise made up.
+    Those are left out, and so are hits on robots.
+
+    Raises ``ValueError`` where no beam is left, or scans, poses and marks are not equally many.
+    """
+    read, exact = (np.stack([scan.ranges for scan in scans]) for scans in (log.scans, truth.scans))
+    if not read.shape == exact.shape == replaced.shape or len(start_from_base) != len(read):
+        raise ValueError(
+            f"sightings: {read.shape} ranges were read of {exact.shape} true ones, with {replaced.shape} marks, "
+            f"at {len(start_from_base)} poses"
+        )
+    usable = np.isfinite(read) & np.isfinite(exact) & ~replaced & ~truth.hits_robot
+    if not usable.any():
+        raise ValueError("sightings: no beam that hit the world is left to fit the truth on")
+    believed = _ends(read, *_directions(log.scans), _lidar_poses(start_from_base, log.base_from_lidar))
+    true = _ends(exact, *_directions(truth.scans), _lidar_poses(truth.trajectory, truth.base_from_lidar))
+    return _averaged(believed, true, usable)
+
+
+def _averaged(believed: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> Sightings:
+    low, high = _span(true, usable)
+    rows, cols = (high - low + 1).tolist()
+    place = np.full((rows, cols), -1, np.int32)
+    seen, counts, sums = _sums(believed, true, usable, low, place, min(usable.size, rows * cols))
+    order = np.argsort(seen)
+    means = sums[order] / counts[order, None]
+    return Sightings(np.stack(np.divmod(seen[order], cols), axis=-1) + low, means[:, :2], means[:, 2:])
+
+
+def _directions(scans: Sequence[LidarScan]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosine and sine of the beams' angles, (1, B) where all scans have the same, else (N, B)."""
+    first = scans[0]
+    same = all(scan.angle_min == first.angle_min and scan.angle_increment == first.angle_increment for scan in scans)
+    angles = np.stack([scan.angles for scan in (scans[:1] if same else scans)])
+    return np.cos(angles), np.sin(angles)
+
+
+def _lidar_poses(frame_from_base: Trajectory, base_from_lidar: SE2) -> NDArray[np.float64]:
+    """x, y, cosine and sine of yaw of the lidar at each pose, (N, 4)."""
+    return _composed(frame_from_base.poses, base_from_lidar.x, base_from_lidar.y, base_from_lidar.yaw)
+
+
+@njit(cache=True)
+def _composed(poses: NDArray[np.float64], x: float, y: float, yaw: float) -> NDArray[np.float64]:
+    composed = np.empty((poses.shape[0], 4))
+    for k in range(poses.shape[0]):
+        turn = _wrapped(poses[k, 2])
+        c, s = math.cos(turn), math.sin(turn)
+        composed[k, 0] = poses[k, 0] + c * x - s * y
+        composed[k, 1] = poses[k, 1] + s * x + c * y
+        turn = _wrapped(turn + yaw)
+        composed[k, 2], composed[k, 3] = math.cos(turn), math.sin(turn)
+    return composed
+
+
+@njit(cache=True)
+def _wrapped(angle: float) -> float:
+    """The same angle in [-pi, pi], without rounding, as ``wrap_angle`` has it."""
+    angle = np.fmod(angle, math.tau)
+    if abs(angle) > math.pi:
+        angle -= math.copysign(math.tau, angle)
+    return angle
+
+
+@njit(cache=True)
+def _ends(
+    ranges: NDArray[np.float32],
+    cosines: NDArray[np.float64],
+    sines: NDArray[np.float64],
+    poses: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Where beams end, (N, B, 2) x, y: of ranges (N, B), directions (N, B) or (1, B), and the lidar's poses (N, 4)."""
+    ends = np.empty((*ranges.shape, 2))
+    for k in range(ranges.shape[0]):
+        row = k % cosines.shape[0]
+        x0, y0, c, s = poses[k]
+        for b in range(ranges.shape[1]):
+            reach = float(ranges[k, b])
+            x, y = reach * cosines[row, b], reach * sines[row, b]
+            ends[k, b, 0] = x0 + c * x - s * y
+            ends[k, b, 1] = y0 + s * x + c * y
+    return ends
+
+
+@njit(cache=True)
+def _span(true: NDArray[np.float64], usable: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The lowest and the highest row, col of the true cells in which usable beams end."""
+    low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
+    for k in range(usable.shape[0]):
+        for b in range(usable.shape[1]):
+            if usable[k, b]:
+                x, y = true[k, b, 0], true[k, b, 1]
+                low_x, high_x = min(low_x, x), max(high_x, x)
+                low_y, high_y = min(low_y, y), max(high_y, y)
+    low = (math.floor(low_y / TRUE_RESOLUTION), math.floor(low_x / TRUE_RESOLUTION))
+    high = (math.floor(high_y / TRUE_RESOLUTION), math.floor(high_x / TRUE_RESOLUTION))
+    return np.array(low), np.array(high)
+
+
+@njit(cache=True)
+def _sums(
+    believed: NDArray[np.float64],
+    true: NDArray[np.float64],
+    usable: NDArray[np.bool_],
+    low: NDArray[np.int64],
+    place: NDArray[np.int32],
+    most: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """The flat index of each true cell in which usable beams end, how many do, and the sums of their true and believed
+    x, y (M, 4). ``place`` (rows, cols) has the cells from ``low`` on, and is -1 throughout."""
+    seen, counts, sums, found = np.empty(most, np.int64), np.zeros(most, np.int64), np.zeros((most, 4)), 0
+    for k in range(usable.shape[0]):
+        for b in range(usable.shape[1]):
+            if usable[k, b]:
+                row = math.floor(true[k, b, 1] / TRUE_RESOLUTION) - low[0]
+                col = math.floor(true[k, b, 0] / TRUE_RESOLUTION) - low[1]
+                if place[row, col] < 0:
+                    place[row, col], seen[found] = found, row * place.shape[1] + col
+                    found += 1
+                at = place[row, col]
+                counts[at] += 1
+                for axis in range(2):
+                    sums[at, axis] += true[k, b, axis]
+                    sums[at, 2 + axis] += believed[k, b, axis]
+    return seen[:found], counts[:found], sums[:found]

@@ -1,0 +1,57 @@
+"""What a robot could have seen of the world from where it truly was."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.traversal import SKIP, beam_ends, mark_scan
+from mapping.robot.robot_log import RobotTruth
+
+TRUE_RESOLUTION = 0.05
+"""Size of a true cell [m]."""
+
+
+def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> NDArray[np.bool_]:
+    """Which cells of the world's raster the robot's true beams crossed or ended in: (rows, cols).
+
+    Beams without a return cross what lies within ``clear_range`` [m]. The raster's cells must be aligned with the
+    world's origin, as those of the true raster are.
+    """
+    scans = []
+    for k, scan in enumerate(truth.scans):
+        pose = truth.trajectory.pose(k) @ truth.base_from_lidar
+        limits = min(clear_range, scan.range_max), world.resolution
+        ends, says = beam_ends(scan.ranges, scan.angle_min, scan.angle_increment, pose.x, pose.y, pose.yaw, *limits)
+        if (says != SKIP).any():
+            scans.append((np.array([pose.x, pose.y]) / world.resolution, ends, says))
+    if not scans:
+        raise ValueError("observed: no beam of any scan said anything, so there is no footprint")
+    low = np.floor(np.min([np.minimum(start, ends.min(axis=0)) for start, ends, _ in scans], axis=0))
+    high = np.floor(np.max([np.maximum(start, ends.max(axis=0)) for start, ends, _ in scans], axis=0))
+    cols, rows = (high - low + 1).astype(np.int64).tolist()
+    seen = np.zeros((rows, cols), np.bool_)
+    for start, ends, says in scans:
+        mark_scan(seen, start[0] - low[0], start[1] - low[1], ends - low, says)
+    return _placed(seen, low[::-1].astype(np.int64), world)
+
+
+def _placed(seen: NDArray[np.bool_], first: NDArray[np.int64], world: GridFrame) -> NDArray[np.bool_]:
+    """What of a raster, whose first cell is row, col ``first`` from the world's origin, lies on the world's raster."""
+    origin = np.rint(np.array([world.origin.y, world.origin.x]) / world.resolution).astype(np.int64)
+    placed = np.zeros(world.shape, np.bool_)
+    low = np.maximum(first - origin, 0)
+    high = np.minimum(first - origin + seen.shape, world.shape)
+    if (low < high).all():
+        at = low - (first - origin)
+        placed[low[0] : high[0], low[1] : high[1]] = seen[
+            at[0] : at[0] + high[0] - low[0], at[1] : at[1] + high[1] - low[1]
+        ]
+    return placed
+
+
+def footprint(world: OccupancyGrid, seen: NDArray[np.bool_]) -> OccupancyGrid:
+    """The true raster of what a robot could have seen: the world's where it looked, unknown elsewhere."""
+    return OccupancyGrid(world.frame, np.where(seen, world.log_odds, np.float32(0.0)))

@@ -1,0 +1,131 @@
+"""The truth about maps that drift: what fits best, what bends remain, what two robots both saw.
+
+Odometry drift bends a map, so that no transform fits it exactly. The truth is therefore fitted, on where beams were
+believed to hit against where they truly hit, one weight a true cell. The scale is never fitted: the disguise fixes it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.ground_truth.beam_endpoints import Sightings
+from mapping.ground_truth.footprint_layers import FootprintLayers
+from mapping.ground_truth.identifiability import Identifiability, identifiability
+
+LEAST_COMMON_CELLS = 20
+"""Fewer common wall cells (a metre of wall) fix no pair; the pair's truth is then composed of the two maps'."""
+
+
+@dataclass(frozen=True)
+class MapTruth:
+    """``world_from_map`` fits the map best, ``world_from_start_map`` holds at the robot's start;
+    ``distortion`` is what the fit leaves, RMS [m]."""
+
+    world_from_map: Similarity2
+    world_from_start_map: Similarity2
+    distortion: float
+
+
+@dataclass(frozen=True)
+class PairPlaces:
+    """``overlap`` is the share of commonly observed true cells in the smaller footprint; ``identifiability`` says
+    whether the two footprints have one right answer."""
+
+    overlap: float
+    identifiability: Identifiability
+
+    @staticmethod
+    def of(
+        target: OccupancyGrid, source: OccupancyGrid, layers: tuple[FootprintLayers, FootprintLayers] | None = None
+    ) -> PairPlaces:
+        """Compare two footprints, in one world frame; ``layers`` are theirs where they are known already."""
+        return PairPlaces(overlap(target.known, source.known), identifiability(target, source, layers))
+
+
+@dataclass(frozen=True)
+class PairTruth:
+    """``target_from_source`` fitted on ``common_cells`` wall cells that both saw; ``residual`` is what it leaves,
+    RMS [m]. ``fitted`` is False where too few are common: it is then composed of the two maps' own fits, and the
+    residual is None. ``places`` tells of the footprints, which no noise changes."""
+
+    target_from_source: Similarity2
+    fitted: bool
+    common_cells: int
+    residual: float | None
+    places: PairPlaces
+
+
+def fit_rigid(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
+    """Least-squares ``target_from_source`` of point pairs, both (N, 2) (Umeyama 1991, equations 40 to 42, scale 1).
+
+    One pair alone fixes no rotation: it is then 0. Raises ``ValueError`` without pairs.
+    """
+    if not len(source):
+        raise ValueError("fit_rigid: no pair of points")
+    centre_source, centre_target = source.mean(axis=0), target.mean(axis=0)
+    a, b = source - centre_source, target - centre_target
+    yaw = math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
+    shift = centre_target - SE2(0.0, 0.0, yaw).apply(centre_source)
+    return SE2(float(shift[0]), float(shift[1]), yaw)
+
+
+def _rms(moved: NDArray[np.float64], target: NDArray[np.float64]) -> float:
+    return math.sqrt(float(((moved - target) ** 2).sum(axis=1).mean()))
+
+
+def map_truth(seen: Sightings, world_from_start: SE2, start_from_map: Similarity2) -> MapTruth:
+    """Where the map truly lies: best fit, and as the robot's start has it."""
+    best = fit_rigid(seen.believed, seen.true)
+    return MapTruth(
+        world_from_map=Similarity2.from_se2(best) @ start_from_map,
+        world_from_start_map=Similarity2.from_se2(world_from_start) @ start_from_map,
+        distortion=_rms(best.apply(seen.believed), seen.true),
+    )
+
+
+def common_rows(a: Sightings, b: Sightings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows of a and of b that tell of the same true cells, (N,) each."""
+    both = np.concatenate((a.cells, b.cells))
+    low = both.min(axis=0)
+    width = int(np.ptp(both[:, 1])) + 1
+    key_a, key_b = ((cells - low) @ np.array([width, 1]) for cells in (a.cells, b.cells))
+    _, rows_a, rows_b = np.intersect1d(key_a, key_b, assume_unique=True, return_indices=True)
+    return rows_a, rows_b
+
+
+def pair_truth(
+    target: Sightings,
+    source: Sightings,
+    target_start_from_map: Similarity2,
+    source_start_from_map: Similarity2,
+    places: PairPlaces,
+) -> PairTruth:
+    """What takes the source map to the target map where both saw the same walls."""
+    rows_t, rows_s = common_rows(target, source)
+    fitted = len(rows_t) >= LEAST_COMMON_CELLS
+    if fitted:
+        start_from_start = fit_rigid(source.believed[rows_s], target.believed[rows_t])
+        residual = _rms(start_from_start.apply(source.believed[rows_s]), target.believed[rows_t])
+    else:
+        start_from_start = fit_rigid(target.believed, target.true).inverse() @ fit_rigid(source.believed, source.true)
+        residual = None
+    return PairTruth(
+        target_start_from_map.inverse() @ Similarity2.from_se2(start_from_start) @ source_start_from_map,
+        fitted,
+        len(rows_t),
+        residual,
+        places,
+    )
+
+
+def overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
+    """Commonly observed cells over those of the smaller footprint: 0 to 1."""
+    smaller = min(np.count_nonzero(a), np.count_nonzero(b))
+    return np.count_nonzero(a & b) / smaller if smaller else 0.0

@@ -1,0 +1,1 @@
+"""Files: maps, logs and trajectories, read with limits and written atomically."""

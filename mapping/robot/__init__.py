@@ -1,0 +1,1 @@
+"""Records of one robot: scans, trajectories and logs."""

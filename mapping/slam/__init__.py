@@ -1,0 +1,1 @@
+"""Front ends: from a robot's log to the poses that it maps with."""

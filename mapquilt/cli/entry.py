@@ -1,0 +1,74 @@
+"""One command run to its exit status, errors in one line."""
+
+from __future__ import annotations
+
+import re
+import traceback
+
+import typer
+from pydantic import ValidationError
+
+from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED
+
+_OF_A_FIELD = re.compile(r"(?:\w+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
+"""What settings say of a field that is out of range."""
+
+
+def run_app(app: typer.Typer, arguments: list[str], name: str) -> int:
+    """Run one command of an application and return its exit status. Errors end here, in one line on standard error."""
+    status, message = _outcome(app, arguments, name)
+    if message is not None:
+        typer.echo(f"{name}: {' '.join(message.split())}", err=True)
+    return status
+
+
+def _outcome(app: typer.Typer, arguments: list[str], name: str) -> tuple[int, str | None]:
+    try:
+        _check_names(arguments)
+        status = int(typer.main.get_command(app).main(arguments, prog_name=name, standalone_mode=False) or 0)
+    except typer.TyperException as error:
+        return BAD_INPUT, _with_value(error) or f"no command given; `{name} --help` lists them"
+    except (ValueError, OSError, ImportError) as error:
+        return BAD_INPUT, _by_option(_one_line(error), arguments)
+    except MemoryError as error:
+        return BAD_INPUT, f"not enough memory for this: {error}"
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED, "interrupted"
+    except Exception as error:
+        traceback.print_exc()
+        return INTERNAL_ERROR, f"internal error: {type(error).__name__}: {error}"
+    return status, "interrupted" if status == INTERRUPTED else None
+
+
+def _check_names(arguments: list[str]) -> None:
+    """Names of files end in records and tables, which are UTF-8."""
+    for argument in arguments:
+        name = argument.encode(errors="backslashreplace").decode()
+        if name != argument:
+            raise ValueError(f"{name}: is not UTF-8, which names must be")
+
+
+def _with_value(error: typer.TyperException) -> str:
+    """What is wrong with the arguments, with the value that does not fit its option."""
+    message = error.format_message()
+    if isinstance(error.__cause__, ValidationError):
+        value = error.__cause__.errors()[0]["input"]
+        return message.replace("Input should", f"{str(value)[:100]!r} should", 1)
+    return message
+
+
+def _one_line(error: ValueError | OSError | ImportError) -> str:
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
+
+
+def _by_option(message: str, arguments: list[str]) -> str:
+    """A message on a field of some settings, told of the option that set it."""
+    found = _OF_A_FIELD.fullmatch(message)
+    if found is None:
+        return message
+    field, value, rule = found.groups()
+    option = f"--{field.replace('_', '-')}"
+    given = any(argument.partition("=")[0] == option for argument in arguments)
+    return f"{option} {value}: {rule}" if given else message

@@ -1,0 +1,62 @@
+"""The lidar presets as a table."""
+
+from __future__ import annotations
+
+import math
+
+from rich import box
+from rich.table import Table
+
+from sim.sensors.lidar_presets import PRESETS, LidarPreset
+from sim.sensors.range_noise import RangeNoise
+
+COLUMNS = ("lidar", "view", "beams", "range", "rate", "mounted", "noise at level 1", "lost, short, random")
+
+
+def lidar_table() -> Table:
+    """Each preset's numbers, and below them who says so."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for column in COLUMNS:
+        table.add_column(column, no_wrap=column == COLUMNS[0])
+    for preset in PRESETS:
+        table.add_row(*lidar_row(preset))
+    width = max(len(preset.name) for preset in PRESETS)
+    table.caption = "\n".join(
+        f"{preset.name if first else '':<{width}}  {source}"
+        for preset in PRESETS
+        for first, source in ((source is preset.sources[0], source) for source in preset.sources)
+    )
+    table.caption_justify = "left"
+    return table
+
+
+def lidar_row(preset: LidarPreset) -> tuple[str, ...]:
+    """A preset's numbers as text, in the table's order."""
+    lidar, noise = preset.lidar, preset.noise
+    return (
+        preset.name,
+        f"{math.degrees(lidar.beams * lidar.angle_increment):.0f} deg",
+        f"{lidar.beams}",
+        f"{lidar.range_min:g} to {lidar.range_max:g} m",
+        f"{lidar.rate:g} Hz",
+        f"{lidar.base_from_lidar.x:g} m ahead",
+        _noise_text(noise),
+        ", ".join(f"{100 * rate:g} %" for rate in (noise.dropout, noise.short, noise.random)),
+    )
+
+
+def _noise_text(noise: RangeNoise) -> str:
+    parts = [_sum_text("", noise.range_sigma, noise.range_sigma_ratio)]
+    if noise.bias_sigma or noise.bias_sigma_ratio:
+        parts.append(_sum_text("bias ", noise.bias_sigma, noise.bias_sigma_ratio))
+    if noise.angle_sigma:
+        parts.append(f"angle {math.degrees(noise.angle_sigma):.2g} deg")
+    if noise.quantum:
+        parts.append(f"steps {1000 * noise.quantum:g} mm")
+    return ", ".join(parts)
+
+
+def _sum_text(what: str, constant: float, ratio: float) -> str:
+    terms = [f"{1000 * constant:.3g} mm"] if constant else []
+    terms += [f"{100 * ratio:.3g} %"] if ratio else []
+    return what + " + ".join(terms)

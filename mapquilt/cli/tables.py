@@ -1,0 +1,134 @@
+"""Short tables for the terminal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.map_set import MapSet, Unit
+from mapquilt.evaluation.run_score import PairScore, RunScore
+from merge.records.result import MergeResult, PairResult
+
+PLAIN_WIDTH = 160
+"""Columns where the output is no terminal, so that rows do not break."""
+
+
+def print_table(table: Table | str) -> None:
+    """Print on standard output; colours only on a terminal. Names are printed as they are: brackets are no markup."""
+    width = None if Console().is_terminal else PLAIN_WIDTH
+    console = Console(highlight=False, markup=False, emoji=False, width=width)
+    console.print(table, soft_wrap=isinstance(table, str))
+
+
+def plain_table(*columns: tuple[str, bool]) -> Table:
+    """An empty table of these columns; numbers (True) are aligned on the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, caption_justify="left")
+    for name, number in columns:
+        table.add_column(name, justify="right" if number else "left")
+    return table
+
+
+def _verdict(accepted: bool, reason: str | None) -> str:
+    return "accepted" if accepted else f"refused: {reason}"
+
+
+def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -> Table:
+    """Each pair's verdict, confidence and transform, with one standard deviation; a scale from cells to metres, or
+    back, names both. ``alternatives`` adds a row for each other place that was found."""
+    table = plain_table(
+        ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
+    )
+    for pair in result.pairs:
+        source_unit = maps.units[maps.names.index(pair.source)]
+        head = (f"{pair.target} <- {pair.source}", _told(pair), f"{pair.confidence:.2f}")
+        table.add_row(*head, *_place(pair, source_unit, pair.target_from_source, pair.covariance))
+        for other in pair.alternatives if alternatives else ():
+            place = _place(pair, source_unit, other.target_from_source, None)
+            table.add_row("", f"or elsewhere: walls agree {other.agreement:.2f}{_against(pair)}", "", *place)
+    merged = len(result.reference_from_map)
+    table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
+    for group in result.groups[1:]:
+        if len(group.reference_from_map) > 1:
+            table.caption += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
+    if not result.confidence_calibrated:
+        table.caption += "; confidence is uncalibrated"
+    return table
+
+
+def _told(pair: PairResult) -> str:
+    if pair.accepted and pair.decided_by != "pair":
+        alone = f", alone refused: {pair.pair_reason}" if pair.pair_reason else ""
+        return f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}"
+    return _verdict(pair.accepted, pair.reason)
+
+
+def _against(pair: PairResult) -> str:
+    return "" if pair.evidence is None else f", not {pair.evidence.agreement:.2f}"
+
+
+def _place(
+    pair: PairResult, source_unit: Unit, transform: Similarity2 | None, covariance: NDArray[np.float64] | None
+) -> tuple[str, str, str]:
+    if transform is None:
+        return "-", "-", "-"
+    x, y, yaw, scale = _deviations(covariance)
+    mixed = "" if pair.unit == source_unit else f" {pair.unit}/{source_unit}"
+    return (
+        f"{math.degrees(transform.yaw):.2f}{yaw} deg",
+        f"{transform.scale:.4f}{scale}{mixed}",
+        f"{transform.x:.2f}{x}, {transform.y:.2f}{y} {pair.unit}",
+    )
+
+
+def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, str]:
+    if covariance is None:
+        return "", "", "", ""
+    x, y, yaw, scale = np.sqrt(np.diag(covariance)).tolist()
+    return f" ± {x:.2f}", f" ± {y:.2f}", f" ± {math.degrees(yaw):.2f}", f" ± {scale:.4f}" if scale > 0.0 else ""
+
+
+def score_table(score: RunScore) -> Table:
+    """Each pair's true overlap, verdict, what that was worth, its candidate's errors and acceptance index."""
+    table = plain_table(
+        ("pair", False),
+        ("true overlap", True),
+        ("verdict", False),
+        ("outcome", False),
+        ("rotation", True),
+        ("scale", True),
+        ("displacement", True),
+        ("acceptance index", True),
+    )
+    for pair in score.pairs:
+        table.add_row(*_score_row(pair))
+    counts = score.summary()
+    table.caption = (
+        f"{counts['right_and_accepted']} of {counts['pairs']} pairs right and accepted, "
+        f"{counts['wrong_accepts']} wrongly accepted, {counts['missed']} missed, "
+        f"{counts['rightly_refused']} rightly refused"
+    )
+    for group in score.merged:
+        if group.iou_free is not None and group.f1_walls is not None:
+            table.caption += (
+                f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
+                f"free IoU {group.iou_free:.3f}, walls F1 {group.f1_walls:.3f}"
+            )
+    return table
+
+
+def _score_row(pair: PairScore) -> tuple[str, ...]:
+    verdict = _verdict(pair.accepted, pair.reason)
+    head = (f"{pair.target} <- {pair.source}", f"{100 * pair.overlap:.0f} %", verdict, pair.outcome)
+    index = "-" if pair.acceptance_index is None else f"{pair.acceptance_index:.3f}"
+    if pair.error is None:
+        return (*head, "-", "-", "-", index)
+    moved = "no common cells"
+    if pair.error.displacement_m is not None:
+        moved = f"{pair.error.displacement_m:.3f} m, {pair.error.displacement_cells:.1f} cells"
+    return (*head, f"{pair.error.rotation_deg:.2f} deg", f"{pair.error.scale_percent:.2f} %", moved, index)

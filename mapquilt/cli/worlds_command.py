@@ -1,0 +1,102 @@
+"""``mapquilt worlds``: what can be explored, how it looks, and its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import yaml
+from rich import box
+from rich.table import Table
+
+from mapping.io.atomic import write_bytes_aside
+from mapping.seeds import Role, stream
+from mapquilt.cli.place import YAMLS, open_place
+from mapquilt.cli.tables import print_table
+from mapquilt.json_file import check_record, to_text
+from mapquilt.viz.world_picture import sheet_picture, world_picture
+from sim.mission.starts import random_starts
+from worlds.families.registry import FAMILIES
+from worlds.world import World
+from worlds.world_file import world_to_json
+
+worlds_app = typer.Typer(
+    help="List, draw and write the places that robots can explore.", no_args_is_help=False, rich_markup_mode=None
+)
+
+WorldName = Annotated[
+    str, typer.Argument(metavar="WORLD", help="Family, world file (JSON, YAML), or floor plan (PNG, PGM, YAML).")
+]
+Width = Annotated[float | None, typer.Option(help="Width of a family's world [m].")]
+Height = Annotated[float | None, typer.Option(help="Height of a family's world [m].")]
+PlanResolution = Annotated[float | None, typer.Option(help="Metres a pixel of a floor plan that is a picture.")]
+Seed = Annotated[int, typer.Option(help="Seed of the world, as for `simulate`.")]
+
+
+@worlds_app.command("list")
+def list_worlds() -> None:
+    """The families of worlds: name, usual size, what they are."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("world")
+    table.add_column("size [m]", justify="right")
+    table.add_column("what it is")
+    for name, family in FAMILIES.items():
+        table.add_row(name, f"{family.width:g} x {family.height:g}", family.about)
+    print_table(table)
+
+
+@worlds_app.command()
+def show(
+    world: WorldName,
+    seed: Seed = 7,
+    robots: Annotated[int, typer.Option(min=0, help="How many starts to draw, as `simulate` would choose them.")] = 3,
+    width: Width = None,
+    height: Height = None,
+    plan_resolution: PlanResolution = None,
+    out: Annotated[Path | None, typer.Option(help="PNG to write; default: WORLD-SEED.png.")] = None,
+) -> None:
+    """Draw a world with its dimensions and the robots' starts."""
+    place = _open(world, seed, width, height, plan_resolution)
+    starts = random_starts(stream(seed, Role.STARTS), place, robots) if robots else ()
+    path = Path(f"{place.name}-{seed}.png") if out is None else out
+    write_bytes_aside(path, world_picture(place, starts, seed))
+    print_table(f"{path}: {place.name}, {place.size[0]:g} x {place.size[1]:g} m, {len(place.obstacles)} solids")
+
+
+@worlds_app.command()
+def make(
+    world: WorldName,
+    out: Annotated[Path, typer.Option("--out", help="World file to write: .json, .yaml or .yml.")],
+    seed: Seed = 7,
+    width: Width = None,
+    height: Height = None,
+    plan_resolution: PlanResolution = None,
+) -> None:
+    """Write a world as a file that `simulate` reads, and that can be edited."""
+    if out.suffix.lower() not in (".json", *YAMLS):
+        raise ValueError(f"--out {out}: a world file ends in .json, .yaml or .yml")
+    place = _open(world, seed, width, height, plan_resolution)
+    record = world_to_json(place)
+    check_record(out, "world", record)
+    is_yaml = out.suffix.lower() in YAMLS
+    text = yaml.safe_dump(record, sort_keys=False, default_flow_style=None) if is_yaml else to_text(record)
+    write_bytes_aside(out, text.encode())
+    print_table(f"{out}: {place.name}, {place.size[0]:g} x {place.size[1]:g} m, {len(place.obstacles)} solids")
+
+
+@worlds_app.command()
+def sheet(
+    out: Annotated[Path, typer.Option("--out", help="PNG to write.")] = Path("worlds.png"),
+    seed: Seed = 7,
+) -> None:
+    """Draw one world of each family on one sheet."""
+    write_bytes_aside(out, sheet_picture(seed))
+    print_table(f"{out}: {len(FAMILIES)} worlds, seed {seed}")
+
+
+def _open(world: str, seed: int, width: float | None, height: float | None, plan_resolution: float | None) -> World:
+    place, warnings = open_place(world, seed, width, height, plan_resolution)
+    for warning in warnings:
+        typer.echo(f"mapquilt: warning: {warning}", err=True)
+    return place

@@ -1,0 +1,1 @@
+"""Conversion of maps and runs to the formats of other programs."""

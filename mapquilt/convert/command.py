@@ -1,0 +1,120 @@
+"""mapquilt's files for other programs, and map files for each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+from mapping.io.atomic import folder_aside
+from mapping.io.carmen import save_carmen
+from mapping.io.map_yaml import Mode
+from mapping.io.robot_log_file import load_robot_log
+from mapping.io.tum import save_tum
+from mapquilt.convert.convert_map import convert_map
+from mapquilt.runs.folder import require_run
+from mapquilt.runs.robot import RunRobot, load_run_robots
+
+Format = Literal["map", "tum", "carmen", "rosbag"]
+
+_BY_ENDING: dict[str, Format] = {
+    **{".yaml": "map", ".yml": "map", ".pgm": "map", ".png": "map"},
+    **{".tum": "tum", ".carmen": "carmen", ".mcap": "rosbag"},
+}
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """What was written, in one line, and what was odd about the source, one line each."""
+
+    summary: str
+    warnings: tuple[str, ...] = ()
+
+
+def convert(
+    source: Path, out: Path, to: Format | None = None, mode: Mode | None = None, unknown_grey: int | None = None
+) -> Conversion:
+    """Write ``source``, a map file, a robot's log or a run folder, as ``out``, whole or not at all.
+
+    A map becomes a map, in ``mode`` and with ``unknown_grey`` read as unknown; a log becomes a TUM or CARMEN file; a
+    run becomes a folder of TUM or CARMEN files or of a ROS 2 bag. ``to`` may be left out where the ending of ``out``
+    tells it. A file of that name is replaced, but never the source; a folder must be new or empty.
+
+    Raises ``ValueError`` or ``OSError`` naming what cannot be read or written, ``ImportError`` where the bag writer is
+    not installed.
+    """
+    to = to or _by_ending(out)
+    if to != "map" and (mode is not None or unknown_grey is not None):
+        raise ValueError(f"--mode and --unknown are for maps, not for {to}")
+    if source.is_dir():
+        return _convert_run(require_run(source), out, to)
+    if not source.exists():
+        raise ValueError(f"{source}: no such file or folder")
+    if source.suffix.lower() == ".npz":
+        return _convert_log(source, out, to)
+    if to != "map":
+        raise ValueError(f"{source}: a map cannot become {to}; name a run folder or a robot's log.npz")
+    return Conversion(f"{out}: map", convert_map(source, out, mode or "trinary", unknown_grey))
+
+
+def _by_ending(out: Path) -> Format:
+    if out.suffix.lower() not in _BY_ENDING:
+        raise ValueError(f"{out}: the ending does not tell the format; say --to {', '.join(get_args(Format))}")
+    return _BY_ENDING[out.suffix.lower()]
+
+
+def _convert_log(source: Path, out: Path, to: Format) -> Conversion:
+    if to not in ("tum", "carmen"):
+        raise ValueError(f"{source}: a robot's log becomes tum or carmen, not {to}")
+    if not out.parent.is_dir():
+        raise ValueError(f"{out.parent}: no such folder")
+    log = load_robot_log(source)
+    if to == "tum":
+        save_tum(out, log.odometry)
+        return Conversion(f"{out}: odometry, {len(log.scans)} poses")
+    save_carmen(out, log)
+    return Conversion(f"{out}: {len(log.scans)} scans")
+
+
+def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
+    if to == "map":
+        raise ValueError(f"{run}: a run has several maps; name one of them, such as {run / 'robot_0' / 'map.yaml'}")
+    _require_new_folder(out)
+    robots = load_run_robots(run)
+    write = {"tum": _write_tum, "carmen": _write_carmen, "rosbag": _write_bag}[to]
+    with folder_aside(out) as folder:
+        write(folder, robots)
+    return Conversion(f"{out}: {to} of {len(robots)} logs, {sum(len(robot.log.scans) for robot in robots)} scans")
+
+
+def _require_new_folder(out: Path) -> None:
+    if out.suffix.lower() in _BY_ENDING:
+        raise ValueError(f"{out}: a run becomes a folder; name one without {out.suffix}")
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out}: exists and is not a folder")
+    if out.exists() and any(out.iterdir()):
+        raise ValueError(f"{out}: is not empty; name a new folder")
+
+
+def _write_tum(folder: Path, robots: Sequence[RunRobot]) -> None:
+    for robot in robots:
+        (folder / robot.name).mkdir()
+        save_tum(folder / robot.name / "odometry.tum", robot.log.odometry)
+        save_tum(folder / robot.name / "truth.tum", robot.world_from_base)
+
+
+def _write_carmen(folder: Path, robots: Sequence[RunRobot]) -> None:
+    for robot in robots:
+        (folder / robot.name).mkdir()
+        save_carmen(folder / robot.name / "log.carmen", robot.log, robot.world_from_base)
+
+
+def _write_bag(folder: Path, robots: Sequence[RunRobot]) -> None:
+    try:
+        from mapquilt.convert.ros_bag import write_bag
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] != "rosbags":
+            raise
+        raise ImportError("a ROS bag needs the package rosbags: pip install mapquilt[ros]") from None
+    write_bag(folder, robots)

@@ -1,0 +1,58 @@
+"""One map file as another."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Literal
+
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.atomic import write_bytes_aside
+from mapping.io.map_file import load_map, save_map
+from mapping.io.map_yaml import Mode
+from mapping.io.occupancy_grey import picture_of_grid
+from mapping.io.picture import picture_bytes
+from mapquilt.merging.spare_maps import spare_maps
+
+PictureKind = Literal["pgm", "png"]
+
+
+def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: int | None) -> tuple[str, ...]:
+    """Write the map at ``source`` as ``out``, which ends in .yaml, .pgm or .png, and return what was odd about it.
+
+    YAML and picture are written, of one name; a ``.yaml`` gets a PGM, or in scale mode a PNG. Resolution, origin and
+    yaw keep every bit. Where the source is a bare picture no resolution is known, and only a picture is written. Where
+    ``out`` is a link, the map is written where it leads.
+
+    Raises ``ValueError`` or ``OSError`` naming the file that cannot be read, is no map, or would replace the source.
+    """
+    if out.is_symlink():
+        out = Path(os.path.realpath(out))  # so that YAML and picture lie side by side where the link leads
+    kind = _picture_kind(out, mode)
+    loaded = load_map(source, unknown_grey=unknown_grey)
+    if not out.parent.is_dir():
+        raise ValueError(f"{out.parent}: no such folder")
+    spare_maps(out, (source,), (out.with_suffix(".yaml"), out.with_suffix(f".{kind}")))
+    if loaded.unit == "cell":
+        _save_bare(source, loaded.grid, out, mode, kind)
+    else:
+        save_map(loaded.grid, out.with_suffix(""), mode=mode, picture=kind)
+    return tuple(f"{source}: {warning}" for warning in loaded.warnings)
+
+
+def _picture_kind(out: Path, mode: Mode) -> PictureKind:
+    if out.suffix == ".yaml":
+        return "png" if mode == "scale" else "pgm"
+    if out.suffix not in (".pgm", ".png"):
+        raise ValueError(f"{out}: a map must end in .yaml, .pgm or .png")
+    if out.suffix == ".pgm" and mode == "scale":
+        raise ValueError(f"{out}: a PGM cannot hold what is unknown in scale mode; write a .png")
+    return "png" if out.suffix == ".png" else "pgm"
+
+
+def _save_bare(source: Path, grid: OccupancyGrid, out: Path, mode: Mode, kind: PictureKind) -> None:
+    if out.suffix == ".yaml":
+        raise ValueError(f"{source}: a bare picture has no resolution that a YAML could state; write a .pgm or .png")
+    if mode != "trinary":
+        raise ValueError(f"{source}: mode {mode} needs a YAML to say so, and a bare picture has none")
+    write_bytes_aside(out, picture_bytes(picture_of_grid(grid, mode), kind))

@@ -1,0 +1,126 @@
+"""A run as a ROS 2 bag, for slam_toolbox, cartographer and map mergers to run on. Needs the extra ``[ros]``.
+
+/tf_static                 base_link -> lidar of every robot
+/tf                        odom -> base_link, at the stamp of each scan
+/NAME/odom                 nav_msgs/Odometry, the same pose with its twist
+/NAME/ground_truth         nav_msgs/Odometry in the frame ``world``; no part of tf, where base_link has a parent already
+/NAME/scan                 sensor_msgs/LaserScan
+/NAME/map                  nav_msgs/OccupancyGrid, the robot's disguised map, when its last scan is in
+
+The frames are ``NAME/map``, ``NAME/odom``, ``NAME/base_link`` and ``NAME/lidar``. ``map -> odom`` is left out: it is
+for the mapper that is run on the bag to find, and two publishers of it would fight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.stores import ros2_humble as ros
+
+from mapping.robot.trajectory import Trajectory
+from mapquilt.convert.ros_messages import laser_scan, occupancy_grid, odometry, ros_nanoseconds, transform
+from mapquilt.runs.robot import RunRobot
+
+BAG_NAME = "bag"
+
+_VERSION: Final = 8  # of the metadata: from 9 on ROS 2 Humble cannot read it
+_STORE = get_typestore(Stores.ROS2_HUMBLE)
+_FOREVER = QosTime(9223372036, 854775807)
+
+
+def write_bag(folder: Path, robots: Sequence[RunRobot]) -> None:
+    """Write ``bag.mcap`` and ``metadata.yaml`` into a folder that holds neither; the same robots give the same bytes.
+
+    Bag time is the log's time plus ``BAG_START``. Raises ``ValueError`` where ROS cannot
+    tell a stamp, ``OSError`` where the folder cannot be written.
+    """
+    moments = sorted(
+        (ros_nanoseconds(scan.stamp), index, k)
+        for index, robot in enumerate(robots)
+        for k, scan in enumerate(robot.log.scans)
+    )
+    inner = folder / BAG_NAME  # the writer insists on making the folder, and names the storage after it
+    with Writer(inner, version=_VERSION, storage_plugin=StoragePlugin.MCAP) as writer:
+        bag = _Bag(writer)
+        start = moments[0][0]
+        bag.write("/tf_static", ros.tf2_msgs__msg__TFMessage([_mounting(robot) for robot in robots]), start)
+        for nanoseconds, index, k in moments:
+            _write_moment(bag, robots[index], k, nanoseconds)
+    for path in sorted(inner.iterdir()):
+        path.rename(folder / path.name)
+    inner.rmdir()
+
+
+class _Bag:
+    """Messages go to topics, which are announced when first written to."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._connections: dict[str, Connection] = {}
+
+    def write(self, topic: str, message: Any, nanoseconds: int) -> None:
+        kind = message.__msgtype__
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic, kind, typestore=_STORE, offered_qos_profiles=[_quality(topic)]
+            )
+        self._writer.write(self._connections[topic], nanoseconds, _STORE.serialize_cdr(message, kind))
+
+
+def _quality(topic: str) -> Qos:
+    # Who comes late still gets a map and the static transforms.
+    latched = topic.endswith(("/map", "/tf_static"))
+    return Qos(
+        QosHistory.KEEP_LAST,
+        1 if latched else 100,
+        QosReliability.RELIABLE,
+        QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        _FOREVER,
+        _FOREVER,
+        QosLiveliness.AUTOMATIC,
+        _FOREVER,
+        False,
+    )
+
+
+def _mounting(robot: RunRobot) -> ros.geometry_msgs__msg__TransformStamped:
+    base, lidar = f"{robot.name}/base_link", f"{robot.name}/lidar"
+    return transform(robot.log.scans[0].stamp, robot.log.base_from_lidar, base, lidar)
+
+
+def _write_moment(bag: _Bag, robot: RunRobot, k: int, nanoseconds: int) -> None:
+    """All of one robot's messages of scan ``k``: tf first, so that the scan can be placed as it comes."""
+    name, scan = robot.name, robot.log.scans[k]
+    odom, base = f"{name}/odom", f"{name}/base_link"
+    odom_from_base = robot.log.odometry.pose(k)
+    moved = transform(scan.stamp, odom_from_base, odom, base)
+    bag.write("/tf", ros.tf2_msgs__msg__TFMessage([moved]), nanoseconds)
+    measured = odometry(scan.stamp, odom_from_base, _twist(robot.log.odometry, k), odom, base)
+    bag.write(f"/{name}/odom", measured, nanoseconds)
+    true = odometry(scan.stamp, robot.world_from_base.pose(k), _twist(robot.world_from_base, k), "world", base)
+    bag.write(f"/{name}/ground_truth", true, nanoseconds)
+    bag.write(f"/{name}/scan", laser_scan(scan, _scan_time(robot.log.odometry, k), f"{name}/lidar"), nanoseconds)
+    if k == len(robot.log.scans) - 1:
+        bag.write(f"/{name}/map", occupancy_grid(robot.grid, scan.stamp, f"{name}/map"), nanoseconds)
+
+
+def _twist(frame_from_base: Trajectory, k: int) -> tuple[float, float, float]:
+    """Mean velocity since the pose before, told in the base's frame there; 0 at the first."""
+    if k == 0:
+        return 0.0, 0.0, 0.0
+    before_from_now = frame_from_base.pose(k - 1).inverse() @ frame_from_base.pose(k)
+    elapsed = _scan_time(frame_from_base, k)
+    return before_from_now.x / elapsed, before_from_now.y / elapsed, before_from_now.yaw / elapsed
+
+
+def _scan_time(frame_from_base: Trajectory, k: int) -> float:
+    """Time since the scan before [s]; at the first, until the next."""
+    if len(frame_from_base) == 1:
+        return 0.0
+    k = max(k, 1)
+    return float(frame_from_base.stamps[k] - frame_from_base.stamps[k - 1])

@@ -1,0 +1,1 @@
+"""Evaluation of merges against the ground truth."""

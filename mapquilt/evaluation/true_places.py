@@ -1,0 +1,107 @@
+"""What the maps of a mission truly show, whatever the noise: found once for all samples of the mission."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint
+from mapping.ground_truth.footprint_layers import FootprintLayers
+from mapping.ground_truth.truth import PairPlaces
+from mapping.io.map_file import map_files
+from mapping.robot.robot_log import RobotTruth
+from mapquilt.runs.seen_slices import SeenSlices, part_bounds
+from sim.mission.mission import Mission
+from worlds.raster import true_raster
+
+MOST_PARTS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class TrueMap:
+    """One map to be: scans ``start`` to ``stop - 1`` of one robot, what truly happened then, and the true raster of
+    what could be seen."""
+
+    name: str
+    robot: int
+    start: int
+    stop: int
+    truth: RobotTruth
+    footprint: OccupancyGrid
+
+
+@dataclass(frozen=True, eq=False)
+class TruePlaces:
+    """The world's true raster, the maps to be, and for each pair (target before source) how their places relate."""
+
+    world: OccupancyGrid
+    maps: tuple[TrueMap, ...]
+    pairs: dict[tuple[str, str], PairPlaces]
+
+    @cached_property
+    def raster_files(self) -> dict[str, dict[str, bytes]]:
+        """The map files, by name, of the world's true raster and of each map's: equal for all samples of a mission."""
+        rasters = {"world": self.world, **{one.name: one.footprint for one in self.maps}}
+        return {
+            stem: {path.name: data for path, data in map_files(grid, Path(stem), picture="png").items()}
+            for stem, grid in rasters.items()
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(one.name for one in self.maps)
+
+
+def check_parts(parts: int) -> None:
+    """Raise ``ValueError`` naming the value where a mission cannot be cut into so many parts."""
+    if not 1 <= parts <= MOST_PARTS:
+        raise ValueError(f"parts is {parts}, must lie between 1 and {MOST_PARTS}")
+
+
+def map_names(robots: int, parts: int) -> tuple[str, ...]:
+    """What the maps of a team are called: by robot, and by part where there is more than one."""
+    return tuple(
+        f"robot_{robot}" if parts == 1 else f"robot_{robot}_part_{part}"
+        for robot in range(robots)
+        for part in range(parts)
+    )
+
+
+def true_places(
+    mission: Mission, parts: int = 1, seen: SeenSlices | None = None, on_step: Callable[[], None] = lambda: None
+) -> TruePlaces:
+    """Cut each robot's mission in time into equal parts, and find what each part could have seen.
+
+    ``seen`` is what the same mission's robots saw, cut into as many parts among others. ``on_step`` is called after
+    each map and each pair. Raises ``ValueError`` where the mission has fewer scans than parts.
+    """
+    check_parts(parts)
+    seen = seen or SeenSlices(mission, (parts,))
+    world = true_raster(mission.world, TRUE_RESOLUTION)
+    places = itertools.product(range(len(mission.robots)), range(parts))
+    names = map_names(len(mission.robots), parts)
+    maps: list[TrueMap] = []
+    for name, (robot, part) in zip(names, places, strict=True):
+        maps.append(_true_map(name, world, robot, mission.robots[robot], (part, parts), seen))
+        on_step()
+    layers = {one.name: FootprintLayers.of(one.footprint) for one in maps}
+    pairs = {}
+    for a, b in itertools.combinations(maps, 2):
+        pairs[a.name, b.name] = PairPlaces.of(a.footprint, b.footprint, (layers[a.name], layers[b.name]))
+        on_step()
+    return TruePlaces(world, tuple(maps), pairs)
+
+
+def _true_map(
+    name: str, world: OccupancyGrid, robot: int, truth: RobotTruth, cut_at: tuple[int, int], seen: SeenSlices
+) -> TrueMap:
+    (part, parts), scans = cut_at, len(truth.scans)
+    if scans < parts:
+        raise ValueError(f"parts is {parts}, but robot_{robot} has only {scans} scans")
+    start, stop = part_bounds(scans, part, parts)
+    shown = footprint(world, seen.seen(robot, start, stop, world.frame))
+    return TrueMap(name, robot, start, stop, truth.part(start, stop), shown)

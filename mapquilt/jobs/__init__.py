@@ -1,0 +1,1 @@
+"""Long work: executors, journals, caches and progress."""

@@ -1,0 +1,141 @@
+"""Missions that are simulated once and kept: a folder with one clean mission for each world, settings and seed."""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import hashlib
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from importlib.metadata import version
+from pathlib import Path
+
+from mapping.io.atomic import folder_aside, write_bytes_aside
+from mapping.io.safe_load import read_json
+from mapquilt.json_file import to_text
+from sim.mission.file import load_mission, save_mission
+from sim.mission.mission import Mission, simulate
+from sim.mission.settings import MissionSettings
+from worlds.world import World
+from worlds.world_file import world_to_json
+
+SCHEMA = "mapquilt-mission-cache/1"
+MARK_FILE = "cache.json"
+HASHES_FILE = "hashes.json"
+ROOMS = ("mapping", "worlds", "sim")
+"""What a mission is made by: a mission of older code is another mission."""
+
+
+@dataclass(frozen=True, eq=False)
+class CachedMission:
+    """A mission, whether it was ``found`` and not simulated now, and what was wrong with the entry that it replaces,
+    in one line; None where nothing was."""
+
+    mission: Mission
+    found: bool
+    warning: str | None = None
+
+
+class MissionCache:
+    """A folder of missions, for any number of processes at once.
+
+    Whoever is first to want a mission simulates it while the others that want the same one wait. Entries appear whole;
+    one whose files are not as they were written is made again. Raises ``ValueError`` where the folder holds anything
+    that is no such cache, ``OSError`` where it cannot be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        _claim(folder)
+
+    def mission(self, world: World, settings: MissionSettings, seed: int, clear_range: float = 0.0) -> CachedMission:
+        """The mission of ``simulate``, which raises as it does; replays are not kept."""
+        key = mission_key(world, settings, seed, clear_range)
+        entry = self.folder / f"{re.sub('[^A-Za-z0-9_]', '_', world.name)[:60]}-{seed}-{key[:16]}"
+        with _locked(self.folder / f".{entry.name}.lock"):
+            trouble = _trouble(entry) if entry.exists() else None
+            if entry.exists() and trouble is None:
+                return CachedMission(load_mission(entry), found=True)
+            _clear_leftovers(entry)
+            mission, _ = simulate(world, settings, seed, clear_range=clear_range)
+            with folder_aside(entry) as aside:
+                save_mission(mission, aside)
+                write_bytes_aside(aside / HASHES_FILE, to_text({"key": key, "files": _hashes(aside)}).encode())
+        return CachedMission(mission, found=False, warning=trouble and f"{entry}: {trouble}; simulated again")
+
+
+def mission_key(world: World, settings: MissionSettings, seed: int, clear_range: float = 0.0) -> str:
+    """A SHA-256 of all that a mission depends on; ``clear_range`` counts where the mission is cut to an overlap."""
+    record = {
+        "world": world_to_json(world),
+        "settings": dataclasses.asdict(settings),
+        "seed": seed,
+        "clear_range": clear_range if settings.overlap is not None else None,
+        "code": _code(),
+    }
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def _code() -> str:
+    digest = hashlib.sha256(version("pybullet").encode())
+    for room in ROOMS:
+        for file in sorted(resources.files(room).iterdir(), key=lambda file: file.name):
+            if file.name.endswith(".py"):
+                digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def _claim(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder}: exists and is not a folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    mark = folder / MARK_FILE
+    # Looked at before the mark, which another process may write meanwhile; its half is hidden.
+    foreign = any(not path.name.startswith(".") for path in folder.iterdir())
+    if not mark.exists():
+        if foreign and not mark.exists():
+            raise ValueError(f"{folder}: is not empty and no cache of missions; refusing to write into it")
+        write_bytes_aside(mark, to_text({"schema": SCHEMA}).encode())
+    elif read_json(mark) != {"schema": SCHEMA}:
+        raise ValueError(f"{mark}: is not the mark of a {SCHEMA}")
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Wait for the entry. The lock dies with the process."""
+    with path.open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _trouble(entry: Path) -> str | None:
+    try:
+        record = read_json(entry / HASHES_FILE)
+        found = _hashes(entry)
+    except (ValueError, OSError) as error:
+        return f"its {HASHES_FILE} cannot be read ({' '.join(str(error).split())[:200]})"
+    expected = record.get("files") if isinstance(record, dict) else None
+    if not isinstance(expected, dict):
+        return f"its {HASHES_FILE} tells of no files"
+    for name in sorted(expected.keys() | found.keys()):
+        if expected.get(name) != found.get(name):
+            return f"its {name} is not as it was written"
+    return None
+
+
+def _hashes(entry: Path) -> dict[str, str]:
+    files = sorted(path for path in entry.iterdir() if path.is_file() and path.name != HASHES_FILE)
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def _clear_leftovers(entry: Path) -> None:
+    """What a killed process left aside; the lock is held, so nobody is writing it."""
+    for path in entry.parent.glob(f".{entry.name}.*.*"):
+        shutil.rmtree(path)

@@ -1,0 +1,1 @@
+"""Merges on disk: inputs, results and their records."""

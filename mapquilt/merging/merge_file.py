@@ -1,0 +1,222 @@
+"""The merger's answer as merge.json has it, and back."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from mapquilt.json_file import read_record, similarity_from_record, similarity_record
+from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
+from mapquilt.runs import folder as run_folder
+from merge.records.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
+from merge.settings import MergeSettings
+
+SCHEMA = "mapquilt-merge/1"
+
+
+def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> dict[str, Any]:
+    """The record of a merge: one entry per map, one per group, one per unordered pair; schema ``merge``."""
+    maps = inputs.maps
+    return {
+        "schema": SCHEMA,
+        **settings_record(settings, settings.scale or ScaleRange.automatic(maps), seed),
+        "fusion": settings.fusion,
+        "confidence_calibrated": result.confidence_calibrated,
+        "reference": result.reference,
+        "maps": [_map_record(inputs, index, result) for index in range(len(maps))],
+        "groups": [_group_record(group, index) for index, group in enumerate(result.groups)],
+        "pairs": [_pair_record(pair) for pair in result.pairs],
+    }
+
+
+def settings_record(settings: MergeSettings, scale: ScaleRange, seed: int) -> dict[str, Any]:
+    """What the answers of pairs depend on, beside their maps."""
+    return {
+        "method": settings.title,
+        "scale": _scale_text(scale),
+        "seed": seed,
+        "min_confidence": settings.decision.min_confidence,
+        "priors": [dataclasses.asdict(prior) for prior in settings.priors],
+    }
+
+
+def group_stems(index: int) -> tuple[str, str]:
+    """What the merged map and the conflicts of a group are called, without endings."""
+    number = f"_{index + 1}" if index else ""
+    return f"{run_folder.MERGED_NAME}{number}", f"{run_folder.CONFLICTS_NAME}{number}"
+
+
+def _group_record(group: MergedGroup, index: int) -> dict[str, Any]:
+    merged, conflicts = group_stems(index) if has_files(group, index) else (None, None)
+    return {
+        "reference": group.reference,
+        "merged": merged,
+        "conflicts": conflicts,
+        "conflict_cells": int(np.count_nonzero(group.conflicts.occupied)),
+        "maps": [
+            {"name": name, "reference_from_map": similarity_record(place)}
+            for name, place in group.reference_from_map.items()
+        ],
+    }
+
+
+def has_files(group: MergedGroup, index: int) -> bool:
+    """Whether a group's merged map is written: the first's always, a map that stands alone is its own."""
+    return index == 0 or len(group.reference_from_map) > 1
+
+
+def _scale_text(scale: ScaleRange) -> str:
+    return "known" if scale == ScaleRange.known() else f"{scale.low:g}:{scale.high:g}"
+
+
+def _map_record(inputs: MergeInputs, index: int, result: MergeResult) -> dict[str, Any]:
+    maps = inputs.maps
+    name = maps.names[index]
+    placed = result.reference_from_map.get(name)
+    return {
+        "name": name,
+        "file": inputs.files[index],
+        "unknown": inputs.unknown[index],
+        "fingerprint": map_fingerprint(maps.grids[index]),
+        "unit": maps.units[index],
+        "resolution": maps.grids[index].frame.resolution,
+        "merged": placed is not None,
+        "reason": result.left_out.get(name),
+        "reference_from_map": None if placed is None else similarity_record(placed),
+    }
+
+
+def _pair_record(pair: PairResult) -> dict[str, Any]:
+    transform, pixels = pair.target_from_source, pair.target_from_source_pixels
+    return {
+        "target": pair.target,
+        "source": pair.source,
+        "accepted": pair.accepted,
+        "confidence": pair.confidence,
+        "reason": pair.reason,
+        "decided_by": pair.decided_by,
+        "pair_reason": pair.pair_reason,
+        "target_from_source": None if transform is None else similarity_record(transform),
+        "unit": pair.unit,
+        "target_from_source_pixels": None if pixels is None else pixels.tolist(),
+        "covariance": None if pair.covariance is None else pair.covariance.tolist(),
+        "evidence": None if pair.evidence is None else dataclasses.asdict(pair.evidence),
+        "alternatives": [
+            {"target_from_source": similarity_record(other.target_from_source), "agreement": other.agreement}
+            for other in pair.alternatives
+        ],
+    }
+
+
+def read_pair(entry: dict[str, Any]) -> PairResult:
+    """The answer that a record of a pair holds."""
+    transform, pixels, covariance = (
+        entry[name] for name in ("target_from_source", "target_from_source_pixels", "covariance")
+    )
+    return PairResult(
+        target=entry["target"],
+        source=entry["source"],
+        accepted=entry["accepted"],
+        confidence=entry["confidence"],
+        reason=entry["reason"],
+        target_from_source=None if transform is None else similarity_from_record(transform),
+        target_from_source_pixels=None if pixels is None else np.array(pixels),
+        unit=entry["unit"],
+        evidence=None if entry["evidence"] is None else Evidence(**entry["evidence"]),
+        covariance=None if covariance is None else np.array(covariance),
+        alternatives=tuple(
+            Alternative(similarity_from_record(other["target_from_source"]), other["agreement"])
+            for other in entry["alternatives"]
+        ),
+        decided_by=entry["decided_by"],
+        pair_reason=entry["pair_reason"],
+    )
+
+
+@dataclass(frozen=True)
+class PairRecord:
+    """What merge.json says of one pair."""
+
+    target: str
+    source: str
+    accepted: bool
+    confidence: float
+    reason: str | None
+    target_from_source: Similarity2 | None
+    acceptance_index: float | None
+
+
+@dataclass(frozen=True)
+class GroupRecord:
+    """What merge.json says of maps that were joined; ``merged`` is what their merged map is called, or None."""
+
+    reference: str
+    reference_from_map: dict[str, Similarity2]
+    merged: str | None
+
+
+@dataclass(frozen=True)
+class MergeAnswer:
+    """What merge.json says of a run: the pairs in order, where the joined maps lie in the reference's frame, and all
+    groups, that of the reference first."""
+
+    reference: str
+    reference_from_map: dict[str, Similarity2]
+    pairs: tuple[PairRecord, ...]
+    groups: tuple[GroupRecord, ...] = ()
+
+    added: frozenset[str] = frozenset()
+    """Maps that were added to the run's own: nothing is known of where they truly lie."""
+
+    def without_added(self) -> MergeAnswer:
+        """What it says of the run's own maps. The reference may still be one that was added."""
+
+        def own(placed: dict[str, Similarity2]) -> dict[str, Similarity2]:
+            return {name: place for name, place in placed.items() if name not in self.added}
+
+        return dataclasses.replace(
+            self,
+            reference_from_map=own(self.reference_from_map),
+            pairs=tuple(pair for pair in self.pairs if not {pair.target, pair.source} & self.added),
+            groups=tuple(
+                dataclasses.replace(group, reference_from_map=own(group.reference_from_map)) for group in self.groups
+            ),
+        )
+
+
+def load_answer(path: Path) -> MergeAnswer:
+    """Read merge.json. Raises ``ValueError`` or ``OSError`` naming the file and what is wrong."""
+    record = read_record(path, "merge")
+    placed = {
+        entry["name"]: similarity_from_record(entry["reference_from_map"])
+        for entry in record["maps"]
+        if entry["reference_from_map"] is not None
+    }
+    groups = tuple(_read_group(entry) for entry in record["groups"])
+    pairs = tuple(_read_pair(entry) for entry in record["pairs"])
+    added = frozenset(entry["name"] for entry in record["maps"] if entry["file"].startswith(f"{INPUTS}/"))
+    return MergeAnswer(record["reference"], placed, pairs, groups, added)
+
+
+def _read_group(entry: dict[str, Any]) -> GroupRecord:
+    placed = {one["name"]: similarity_from_record(one["reference_from_map"]) for one in entry["maps"]}
+    return GroupRecord(entry["reference"], placed, entry["merged"])
+
+
+def _read_pair(entry: dict[str, Any]) -> PairRecord:
+    transform = entry["target_from_source"]
+    return PairRecord(
+        entry["target"],
+        entry["source"],
+        entry["accepted"],
+        entry["confidence"],
+        entry["reason"],
+        None if transform is None else similarity_from_record(transform),
+        (entry["evidence"] or {}).get("acceptance_index"),
+    )

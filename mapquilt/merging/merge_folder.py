@@ -1,0 +1,81 @@
+"""What a merge leaves: a merged map and its conflicts for each group, transforms.yaml, merge.png and merge.json."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from mapping.io.atomic import write_files_aside
+from mapping.io.map_file import map_files
+from mapquilt.json_file import record_bytes
+from mapquilt.merging.merge_file import group_stems, has_files, merge_record
+from mapquilt.merging.merge_inputs import INPUTS, MergeInputs
+from mapquilt.merging.spare_maps import spare_maps
+from mapquilt.merging.transforms_file import transforms_text
+from mapquilt.runs import folder as run_folder
+from mapquilt.viz.png import figure_png
+from merge.records.result import MergeResult
+from merge.settings import MergeSettings
+
+_OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NAME})_\d+\.(?:yaml|pgm)")
+
+
+def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
+    """Raise ``ValueError`` where writing a merge of the maps ``sources`` there would overwrite one of them, a run, or
+    what mapquilt did not write."""
+    if run_folder.is_run(folder):
+        raise ValueError(f"{folder}: is a run, whose maps `mapquilt merge {folder}` merges; name another folder")
+    written = [path for path in folder.glob("*") if path.suffix in (".yaml", ".pgm") and is_answer(path.name)]
+    kept = [path for path in (folder / INPUTS).rglob("*") if path.is_file()]
+    spare_maps(folder, sources, [*written, *kept])
+    run_folder.refuse_foreign(folder, run_folder.MERGE_FILE)
+
+
+def is_answer(name: str) -> bool:
+    """Whether a file of that name is part of what ``merge`` and ``score`` add to a folder."""
+    return name in run_folder.ANSWER_FILES or _OF_A_GROUP.fullmatch(name) is not None
+
+
+def merge_files(
+    folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
+) -> dict[Path, bytes]:
+    """The files of a merge in that folder, as bytes."""
+    from mapquilt.viz.overview import merge_figure
+
+    path = folder / run_folder.MERGE_FILE
+    record = record_bytes(path, "merge", merge_record(inputs, settings, seed, result))
+    files = {folder / name: data for name, data in inputs.copies.items()}
+    for index, group in enumerate(result.groups):
+        if has_files(group, index):
+            merged, conflicts = group_stems(index)
+            files |= map_files(group.merged, folder / merged) | map_files(group.conflicts, folder / conflicts)
+    files[folder / run_folder.TRANSFORMS_FILE] = transforms_text(inputs.maps, result).encode()
+    files[folder / run_folder.MERGE_PICTURE] = figure_png(merge_figure(inputs.maps, result.groups))
+    return {**files, path: record}
+
+
+def write_merge(folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> None:
+    """Write all files of a merge, or none, into a folder, which is made if it is missing."""
+    write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
+
+
+def write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) -> None:
+    """Write the files of a merge, all or none, and take away what an older one has left of groups and maps."""
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_files_aside(files)
+    for path in _left(folder, files, inputs.files):
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+def _left(folder: Path, files: dict[Path, bytes], kept: Iterable[str]) -> list[Path]:
+    of_groups = [path for path in folder.iterdir() if _OF_A_GROUP.fullmatch(path.name) and path not in files]
+    places = {folder / Path(file).parent for file in kept}
+    inputs = folder / INPUTS
+    copies = [path for path in inputs.iterdir() if path not in places] if inputs.is_dir() else []
+    return of_groups + copies

@@ -1,0 +1,58 @@
+"""A robot of a run with all that is known of it, for programs that read other formats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.robot.robot_log import RobotLog
+from mapping.robot.trajectory import Trajectory
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.seen_slices import part_bounds
+from mapquilt.evaluation.true_places import map_names
+from sim.mission.mission import Mission
+from sim.mission.file import load_mission
+
+
+@dataclass(frozen=True, eq=False)
+class RunRobot:
+    """A robot's ``name``, the ``log`` it brought home, its disguised map ``grid``, and ``world_from_base``, where it
+    truly was at the stamps of the log. Where a mission was cut in time, each part of a robot's has a name of its own.
+
+    Raises ``ValueError`` where truth and log have different stamps.
+    """
+
+    name: str
+    log: RobotLog
+    grid: OccupancyGrid
+    world_from_base: Trajectory
+
+    def __post_init__(self) -> None:
+        if not np.array_equal(self.log.odometry.stamps, self.world_from_base.stamps):
+            raise ValueError(f"{self.name}: log and truth have different stamps; they are not of one mission")
+
+
+def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
+    """The robots of a run, in order. Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong."""
+    maps = run_folder.load_maps(run)
+    mission_folder = run_folder.mission_folder(run)
+    paths = _true_paths(load_mission(mission_folder), run_folder.parts(run))
+    if tuple(paths) != maps.names:
+        raise ValueError(f"{mission_folder}: is of {', '.join(paths)}, but the run has {', '.join(maps.names)}")
+    return tuple(
+        RunRobot(name, run_folder.load_log(run, name), grid, paths[name])
+        for name, grid in zip(maps.names, maps.grids, strict=True)
+    )
+
+
+def _true_paths(mission: Mission, parts: int) -> dict[str, Trajectory]:
+    """Where the robot of each map truly was."""
+    cuts = [
+        truth.trajectory.part(*part_bounds(len(truth.scans), part, parts))
+        for truth in mission.robots
+        for part in range(parts)
+    ]
+    return dict(zip(map_names(len(mission.robots), parts), cuts, strict=True))

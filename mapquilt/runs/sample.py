@@ -1,0 +1,166 @@
+"""From a clean mission to a team's maps and their truth: sense, map, disguise, fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from mapping.slam.front_end import by_odometry
+from mapping.grid.frame_perturbation import DisguiseRanges, disguise, draw_disguises
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.log_odds import map_log
+from mapping.map_set import MapSet
+from mapping.robot.robot_log import RobotLog
+from mapping.seeds import check_seed
+from mapping.grid.sensor_model import sensor_model
+from mapping.ground_truth.beam_endpoints import Sightings, sightings
+from mapping.geometry.similarity2 import Similarity2
+from mapping.ground_truth.truth import (
+    MapTruth,
+    PairTruth,
+    map_truth,
+    pair_truth,
+)
+from mapquilt.runs.seen_slices import SeenSlices
+from mapquilt.evaluation.true_places import TrueMap, TruePlaces, check_parts, true_places
+from mapquilt.runs.truth_file import RobotOrigin, RunTruth
+from sim.sensors.lidar_presets import lidar_preset
+from sim.mission.mission import Mission
+from sim.sensors.noise import Noise, Sensed, sense
+
+Poses = Literal["odometry", "truth"]
+
+
+@dataclass(frozen=True)
+class SampleSettings:
+    """How maps are made of a mission: noise level, the poses that robots map with, what the disguise is drawn from,
+    resolution [m/cell], inverse sensor model, how far beams without a return clear [m], the seed of noise and
+    disguise, into how many parts each robot's mission is cut in time: a map each, and single ``components`` of the
+    noise by name, which hold whatever the level.
+
+    Raises ``ValueError`` naming the field and the value.
+    """
+
+    noise: float = 1.0
+    poses: Poses = "odometry"
+    disguise: DisguiseRanges = field(default_factory=DisguiseRanges)
+    resolution: float = 0.05
+    model: str = "octomap"
+    clear_range: float = 0.0
+    seed: int = 7
+    parts: int = 1
+    components: tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        self.noise_of("default")
+        sensor_model(self.model)
+        if self.poses not in ("odometry", "truth"):
+            raise ValueError(f"poses is {self.poses!r}, must be odometry or truth")
+        if not 0.005 <= self.resolution <= 10.0:
+            raise ValueError(f"resolution is {self.resolution}, must lie between 0.005 and 10 m")
+        if not 0.0 <= self.clear_range <= 1000.0:
+            raise ValueError(f"clear_range is {self.clear_range}, must lie between 0 and 1000 m")
+        check_parts(self.parts)
+        check_seed(self.seed)
+
+    def noise_of(self, lidar: str) -> Noise:
+        """The noise of a robot that carries the lidar of that name."""
+        return Noise.level(self.noise, lidar_preset(lidar).noise).with_fields(self.components)
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A team's maps as the merger gets them, the logs they were drawn from, the truth, and the true places behind."""
+
+    maps: MapSet
+    logs: tuple[RobotLog, ...]
+    truth: RunTruth
+    places: TruePlaces
+
+
+@dataclass(frozen=True, eq=False)
+class _MapSample:
+    log: RobotLog
+    grid: OccupancyGrid
+    start_from_map: Similarity2
+    seen: Sightings
+    truth: MapTruth
+
+
+def sample_steps(robots: int, parts: int) -> int:
+    """Of how many steps ``make_sample`` tells: what each map and each pair truly show, then each map."""
+    maps = robots * parts
+    return maps + maps * (maps - 1) // 2 + maps
+
+
+def make_sample(
+    mission: Mission,
+    settings: SampleSettings,
+    places: TruePlaces | None = None,
+    on_step: Callable[[], None] = lambda: None,
+) -> Sample:
+    """Sense, map and disguise a mission once; the same settings give the same sample.
+
+    ``places`` may be had once for many samples of one mission and one number of parts. ``on_step`` is called after
+    each of ``sample_steps``. Raises ``ValueError`` where a robot saw nothing to map.
+    """
+    if places is None:
+        seen = SeenSlices(mission, (settings.parts,), settings.clear_range)
+        places = true_places(mission, settings.parts, seen, on_step)
+    sensed = [
+        sense(truth, settings.noise_of(lidar), settings.seed, index)
+        for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
+    ]
+    disguises = draw_disguises(settings.seed, len(places.maps), settings.disguise)
+    made = []
+    for place, start_from_map in zip(places.maps, disguises, strict=True):
+        made.append(_make_map(sensed[place.robot], place, settings, start_from_map))
+        on_step()
+    names = places.names
+    return Sample(
+        maps=MapSet(
+            names=names,
+            grids=tuple(one.grid for one in made),
+            units=tuple("m" for _ in made),
+            resolutions_trusted=settings.disguise.honest,
+            provenance={"source": "simulation", "world": mission.world.name},
+        ),
+        logs=tuple(one.log for one in made),
+        truth=RunTruth(_origins(places, made), _pair_truths(places, dict(zip(names, made, strict=True)))),
+        places=places,
+    )
+
+
+def lidar_names(mission: Mission) -> tuple[str, ...]:
+    """The preset of each robot's lidar."""
+    return tuple(robot.lidar.model for robot in mission.settings.robots)
+
+
+def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
+    log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
+    believed = by_odometry(log) if settings.poses == "odometry" else truth.trajectory.from_start()
+    drawn = map_log(log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
+    seen = sightings(log, truth, believed, sensed.replaced[place.start : place.stop])
+    return _MapSample(
+        log=log,
+        grid=disguise(drawn, start_from_map),
+        start_from_map=start_from_map,
+        seen=seen,
+        truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
+    )
+
+
+def _origins(places: TruePlaces, made: list[_MapSample]) -> tuple[RobotOrigin, ...]:
+    return tuple(
+        RobotOrigin(place.name, place.truth.trajectory.pose(0), one.start_from_map, one.truth)
+        for place, one in zip(places.maps, made, strict=True)
+    )
+
+
+def _pair_truths(places: TruePlaces, made: dict[str, _MapSample]) -> dict[tuple[str, str], PairTruth]:
+    pairs = {}
+    for (target, source), pair in places.pairs.items():
+        a, b = made[target], made[source]
+        pairs[target, source] = pair_truth(a.seen, b.seen, a.start_from_map, b.start_from_map, pair)
+    return pairs

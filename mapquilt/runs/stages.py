@@ -1,0 +1,188 @@
+"""The four stages of the main job, each usable alone on what the one before left on disk."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+
+from mapping.io.atomic import write_files_aside
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.map_file import load_map
+from mapping.map_set import MapSet
+from mapping.robot.trajectory import Trajectory
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.coverage_file import write_coverage
+from mapquilt.json_file import read_record
+from mapquilt.merging.merge_file import GroupRecord, MergeAnswer, load_answer
+from mapquilt.merging.merge_folder import merge_files, write_answer
+from mapquilt.merging.merge_inputs import MergeInputs, run_inputs
+from mapquilt.evaluation.merged_score import merged_score
+from mapquilt.viz.png import figure_png
+from mapquilt.evaluation.run_score import RunScore, score_answer, score_bytes
+from mapquilt.runs.writer import fill_run
+from mapquilt.runs.sample import Sample, SampleSettings, make_sample, sample_steps
+from mapquilt.runs.truth_file import RunTruth, load_truth
+from merge.merger import Progress, merge_maps
+from merge.records.result import MergeResult, PairResult
+from merge.settings import MergeSettings
+from sim.mission.coverage import coverage
+from sim.mission.mission import Mission, simulate
+from sim.mission.file import load_mission, save_mission
+from sim.mission.settings import MissionSettings
+from worlds.world import World
+
+SimulationProgress = Callable[[float], None]
+"""Called with the time done [s]."""
+
+
+def simulate_run(
+    out: Path,
+    world: World,
+    mission_settings: MissionSettings,
+    sample_settings: SampleSettings,
+    seed: int,
+    on_progress: SimulationProgress | None = None,
+    replay: Sequence[Trajectory] = (),
+    on_mapping: Progress | None = None,
+) -> Sample:
+    """Drive the robots, sense, map, disguise, and write the whole run."""
+    run_folder.refuse_foreign(out)
+    mission, times = simulate(world, mission_settings, seed, on_progress, replay, sample_settings.clear_range)
+    return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)}, on_mapping)
+
+
+def sense_run(run: Path, out: Path, settings: SampleSettings, on_mapping: Progress | None = None) -> Mission:
+    """Make another run of a stored mission, without the simulator."""
+    run_folder.refuse_foreign(out)
+    mission = load_mission(run_folder.mission_folder(run))
+    write_run(out, mission, settings, {}, on_mapping)
+    return mission
+
+
+def write_run(
+    out: Path,
+    mission: Mission,
+    settings: SampleSettings,
+    timings: dict[str, dict[str, float]],
+    on_progress: Progress | None = None,
+) -> Sample:
+    """Make the maps of a mission and write the run, whole or not at all."""
+    step = _counted(on_progress, sample_steps(len(mission.robots), settings.parts) + 1)
+    start = time.perf_counter()
+    sample = make_sample(mission, settings, on_step=step)
+    sampled = time.perf_counter() - start
+    with run_folder.new_run(out) as folder:
+        save_mission(mission, folder / run_folder.MISSION_FOLDER)
+        fill_run(folder, mission, settings, sample)
+        write_coverage(folder, coverage(mission, settings.clear_range))
+        step()
+        for stage, seconds in timings.items():
+            run_folder.add_timings(folder, stage, seconds)
+        written = time.perf_counter() - start - sampled
+        run_folder.add_timings(folder, "sense", {"sense_and_map": sampled, "write": written})
+    return sample
+
+
+def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
+    """Tells of no step now, and of one more at each call."""
+    counter = itertools.count()
+
+    def step() -> None:
+        if on_progress is not None:
+            on_progress(next(counter), total)
+
+    step()
+    return step
+
+
+def merge_run(
+    run: Path,
+    settings: MergeSettings,
+    seed: int,
+    on_progress: Progress | None = None,
+    inputs: MergeInputs | None = None,
+    executor: Executor | None = None,
+    answers: Mapping[tuple[str, str], PairResult] | None = None,
+) -> MergeResult:
+    """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
+
+    ``inputs`` are others than the run's own maps, ``answers`` pairs that are known. The score of an older answer is
+    deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
+    """
+    made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
+    inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
+    start = time.perf_counter()
+    result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
+    merged = time.perf_counter() - start
+    files = merge_files(run, inputs, settings, seed, result)
+    seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
+    if (run / run_folder.RUN_FILE).read_bytes() != made_by:
+        raise ValueError(f"{run}: another run has taken its place while it was merged; merge again")
+    write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
+    for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
+        (run / stale).unlink(missing_ok=True)
+    return result
+
+
+def score_run(run: Path) -> RunScore:
+    """Compare a run's answer with its truth, and write score.json and overview.png, or neither."""
+    from mapquilt.viz.overview import overview_figure
+
+    maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
+    merge_path = run / run_folder.MERGE_FILE
+    if not merge_path.exists():
+        raise ValueError(f"{merge_path}: no such file; run `mapquilt merge {run}` first")
+    answer, truth = load_answer(merge_path), load_truth(run / run_folder.TRUTH_FILE)
+    answer = answer.without_added()
+    _check_of_one_run(run, maps, answer, truth)
+    start = time.perf_counter()
+    groups = _merged_groups(run, answer)
+    world, footprints = run_folder.true_rasters(run, maps)
+    merged = tuple(
+        merged_score(maps, truth, group.reference_from_map, group.reference, grid, world, footprints)
+        for group, grid in groups
+    )
+    score = dataclasses.replace(score_answer(maps, truth, answer), merged=merged)
+    scored = time.perf_counter() - start
+    mission = load_mission(run_folder.mission_folder(run))
+    figure = overview_figure(mission, maps, truth, groups, score)
+    score_path = run / run_folder.SCORE_FILE
+    files = {score_path: score_bytes(score_path, score), run / run_folder.OVERVIEW_PICTURE: figure_png(figure)}
+    seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
+    write_files_aside(files | run_folder.timings_file(run, timings, "score", seconds))
+    return score
+
+
+def _merged_groups(run: Path, answer: MergeAnswer) -> list[tuple[GroupRecord, OccupancyGrid]]:
+    """The groups whose merged map was written, with it."""
+    return [
+        (group, load_map(run / f"{group.merged}.yaml").grid)
+        for group in answer.groups
+        if group.merged is not None and group.reference_from_map
+    ]
+
+
+def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTruth) -> None:
+    known = [robot.name for robot in truth.robots]
+    for name in maps.names:
+        if known.count(name) != 1:
+            raise ValueError(f"{run / run_folder.TRUTH_FILE}: tells {known.count(name)} times of the map {name!r}")
+    for name in (
+        *({answer.reference} - answer.added),
+        *answer.reference_from_map,
+        *(n for p in answer.pairs for n in (p.target, p.source)),
+    ):
+        if name not in maps.names:
+            raise ValueError(f"{run / run_folder.MERGE_FILE}: names a map {name[:100]!r} that the run does not have")
+    for pair in answer.pairs:
+        if (pair.target, pair.source) not in truth.pairs:
+            raise ValueError(f"{run / run_folder.TRUTH_FILE}: has no pair {pair.target}, {pair.source}")
+
+
+def run_seed(run: Path) -> int:
+    """The seed that made a run's noise and disguise."""
+    return int(read_record(run_folder.require_run(run) / run_folder.RUN_FILE, "run")["sample_seed"])

@@ -1,0 +1,98 @@
+"""Panels of one size on a sheet: aligned, titled, and each in its own metres."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mapquilt.viz.palette import FREE, INK, of_255
+
+WIDTH = 4.6
+"""Of a panel [inches]."""
+LEFT, RIGHT, ABOVE, BELOW = 0.42, 0.13, 0.50, 0.28
+"""Room around a panel, for ticks and titles [inches]."""
+SQUATTEST, TALLEST = 1.6, 0.8
+"""Width over height of a panel, at the extremes."""
+MARGIN = 0.02
+"""Around what a panel shows, of its longer side."""
+LONGEST_NAME = 44
+"""Letters of a title that fit a panel's width."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What a panel must show [m]."""
+
+    left: float
+    right: float
+    low: float
+    high: float
+
+    def with_margin(self) -> Extent:
+        margin = MARGIN * max(self.right - self.left, self.high - self.low)
+        return Extent(self.left - margin, self.right + margin, self.low - margin, self.high + margin)
+
+    @property
+    def aspect(self) -> float:
+        return (self.right - self.left) / (self.high - self.low)
+
+    def widened_to(self, aspect: float) -> Extent:
+        """The smallest extent of that width over height around the same centre."""
+        width = max(self.right - self.left, aspect * (self.high - self.low))
+        x, y = (self.left + self.right) / 2.0, (self.low + self.high) / 2.0
+        height = width / aspect
+        return Extent(x - width / 2.0, x + width / 2.0, y - height / 2.0, y + height / 2.0)
+
+
+def lay_out(extents: Sequence[Extent], legend_inches: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """A figure with a panel for each extent, one metre as long in x as in y; the last row is centred.
+
+    ``legend_inches`` is left free below the first row.
+    """
+    shown = [extent.with_margin() for extent in extents]
+    aspect = math.exp(sum(math.log(extent.aspect) for extent in shown) / len(shown))
+    aspect = min(max(aspect, TALLEST), SQUATTEST)
+    columns = _columns(len(shown))
+    rows = math.ceil(len(shown) / columns)
+    step_x, step_y = LEFT + WIDTH + RIGHT, ABOVE + WIDTH / aspect + BELOW
+    size = (step_x * columns, step_y * rows + legend_inches)
+    figure = Figure(figsize=size, dpi=110)
+    panels = []
+    for index, extent in enumerate(shown):
+        row, column = divmod(index, columns)
+        in_row = min(columns, len(shown) - row * columns)
+        x = step_x * (column + (columns - in_row) / 2.0) + LEFT
+        y = size[1] - step_y * (row + 1) + BELOW - (legend_inches if row else 0.0)
+        box = (x / size[0], y / size[1], WIDTH / size[0], WIDTH / aspect / size[1])
+        panels.append(_panel(figure, box, extent.widened_to(aspect)))
+    return figure, panels
+
+
+def _columns(count: int) -> int:
+    # Few holes; two rows of two read better than three panels and a straggler.
+    if count <= 4:
+        return 2 if count == 4 else count
+    return min((3, 4), key=lambda columns: (-count % columns, columns))
+
+
+def _panel(figure: Figure, box: tuple[float, float, float, float], shown: Extent) -> Axes:
+    panel = figure.add_axes(box)
+    panel.set(xlim=(shown.left, shown.right), ylim=(shown.low, shown.high), facecolor=of_255(FREE))
+    panel.set_autoscale_on(False)
+    panel.tick_params(labelsize=7, colors=INK, length=2)
+    for spine in panel.spines.values():
+        spine.set_color("#d0d4d9")
+    return panel
+
+
+def write_title(panel: Axes, name: str, details: str = "", colour: str = INK) -> None:
+    """A name, of which the end is kept where it is too long, and what there is to say of it below."""
+    name = name if len(name) <= LONGEST_NAME else "…" + name[1 - LONGEST_NAME :]
+    panel.set_title(name, fontsize=10, fontweight="bold", color=colour, loc="left", pad=17.0, parse_math=False)
+    panel.annotate(
+        details, (0.0, 1.0), (0.0, 5.0), "axes fraction", "offset points", fontsize=8, color=INK, parse_math=False
+    )

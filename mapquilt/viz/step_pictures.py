@@ -1,0 +1,165 @@
+"""The pictures of a correction, as the figures of chapter 5 show them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mapquilt.merging.morphology_steps import PairSteps, Settled, TeamSteps
+from mapquilt.viz.match_picture import draw_matches
+from mapquilt.viz.palette import INK, ROBOTS
+from merge.literature.chen2021.correction import Correction
+from merge.literature.chen2021.interest_points import point_picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Picture = NDArray[np.uint8]
+CORNER_COLOUR = (0, 165, 255)
+"""Blue, green, red: as OpenCV has it."""
+PANEL_INCHES = 3.1
+DPI = 110
+
+
+def step_pictures(found: Correction) -> Iterator[tuple[str, Picture]]:
+    """Each step's name and picture at full size, grey (rows, cols) or BGR (rows, cols, 3)."""
+    yield "1-map", found.picture
+    yield "2-walls", found.walls
+    yield "4-straightened", found.straightened.walls
+    yield "5-closed", found.closed
+    yield "6-interest-points", point_picture(found.points, found.closed.shape)
+    yield "7-main-structure", found.structure
+    yield "8-corners", with_corners(found)
+
+
+def with_corners(found: Correction) -> Picture:
+    """The main structure with a ring about each corner."""
+    image = cv2.cvtColor(found.structure, cv2.COLOR_GRAY2BGR)
+    for u, v in np.rint(found.corners).astype(int).tolist():
+        cv2.circle(image, (u, v), 2 * found.half + 1, CORNER_COLOUR, 1, cv2.LINE_AA)
+    return np.asarray(image, np.uint8)
+
+
+def picture_png(picture: Picture) -> bytes:
+    done, data = cv2.imencode(".png", picture)
+    if not done:
+        raise RuntimeError("picture_png: OpenCV could not encode the picture")
+    return data.tobytes()
+
+
+def direction_figure(name: str, found: Correction) -> Figure:
+    """The energy of the projections over the direction, and how sharp its maximum is."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.4), dpi=DPI, layout="constrained")
+    axes = figure.add_subplot()
+    _draw_direction(axes, found)
+    axes.set_title(f"{name}: main direction", loc="left", fontsize=10, color=INK, fontweight="bold", parse_math=False)
+    return figure
+
+
+def _draw_direction(axes: Axes, found: Correction) -> None:
+    direction = found.direction
+    axes.plot(np.linspace(0.0, 90.0, len(direction.energies), endpoint=False), direction.energies, color=ROBOTS[0])
+    place = math.degrees(direction.angle)
+    axes.axvline(place % 90.0, color=ROBOTS[1], lw=1.0, ls="--")
+    axes.set(xlim=(0, 90), ylim=(0, 1.08), xticks=range(0, 91, 15))
+    axes.set_xlabel("direction [degrees, modulo 90]", fontsize=8, color=INK)
+    axes.set_ylabel("energy of the projections\n[share of the greatest]", fontsize=8, color=INK)
+    axes.tick_params(labelsize=7, colors=INK)
+    verdict = f"turned by {-place:.2f} degrees" if direction.clear else "no main direction: not turned"
+    told = f"sharpness {direction.sharpness:.2f}, contrast {direction.contrast:.2f}\n{verdict}"
+    axes.text(45.0, 0.03, told, ha="center", fontsize=8, color=INK)
+
+
+COLUMNS = (
+    "map",
+    "walls (5.1)",
+    "direction (5.2)",
+    "turned, closed (5.2, 5.3)",
+    "interest points (5.4)",
+    "corrected (5.5)",
+)
+
+
+def sheet_figure(names: Sequence[str], corrections: Sequence[Correction]) -> Figure:
+    """A row of steps for each map."""
+    from matplotlib.figure import Figure
+
+    size = (PANEL_INCHES * len(COLUMNS), (PANEL_INCHES + 0.25) * len(names))
+    figure = Figure(figsize=size, dpi=DPI, layout="constrained")
+    axes = figure.subplots(len(names), len(COLUMNS), squeeze=False)
+    for row, (name, found) in enumerate(zip(names, corrections, strict=True)):
+        _draw_row(axes[row], name, found)
+        for column, title in enumerate(COLUMNS if row == 0 else ()):
+            axes[0, column].set_title(title, fontsize=10, color=INK, loc="left", fontweight="bold")
+    return figure
+
+
+def _draw_row(axes: NDArray[np.object_], name: str, found: Correction) -> None:
+    dots = point_picture(found.points, found.closed.shape)
+    if found.half > 1:
+        dots = _thickened(dots)
+    for place, picture in ((0, found.picture), (1, found.walls), (3, found.closed), (4, dots)):
+        _show(axes[place], picture)
+    _draw_direction(axes[2], found)
+    axes[2].set_box_aspect(0.8)
+    _show(axes[5], _thickened(found.structure))
+    axes[5].plot(found.corners[:, 0], found.corners[:, 1], "o", ms=4, mfc="none", mec="#E69F00", mew=0.8)
+    axes[0].set_ylabel(name, fontsize=10, color=INK, fontweight="bold", parse_math=False)
+    told = (
+        f"closing {found.closing} px, L = {found.half}",
+        f"{len(found.points)} points",
+        f"{len(found.corners)} corners",
+    )
+    for place, text in zip((3, 4, 5), told, strict=True):
+        axes[place].set_xlabel(text, fontsize=8, color=INK)
+
+
+def _thickened(picture: Picture) -> Picture:
+    """Lines of one pixel would not show in a small panel."""
+    return np.asarray(cv2.dilate(picture, np.ones((2, 2), np.uint8)), np.uint8)
+
+
+def _show(axes: Axes, picture: Picture) -> None:
+    axes.imshow(picture, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_color("#d0d4d9")
+
+
+def match_figure(team: TeamSteps, pair: PairSteps) -> Figure:
+    """Corner pairs of each quarter turn's best agreement, the greatest index first."""
+    from matplotlib.figure import Figure
+
+    columns, rows = (2, math.ceil(len(pair.settled) / 2)) if len(pair.settled) > 1 else (1, 1)
+    figure = Figure(figsize=(9.0 * columns, 4.9 * rows), dpi=DPI, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for rest in axes[len(pair.settled) :]:
+        rest.set_axis_off()
+    target, source = (team.maps[k].correction for k in (pair.target, pair.source))
+    name = f"{team.names[pair.target]} and {team.names[pair.source]}"
+    for number, one in enumerate(pair.settled):
+        points = target.corners[one.agreement.target], source.corners[one.agreement.source]
+        draw_matches(
+            axes[number], (target.structure, source.structure), points, np.ones(one.agreement.inliers, dtype=bool)
+        )
+        axes[number].set_title(_told(name if number == 0 else "another quarter turn", one), loc="left", fontsize=10)
+    if not pair.settled:
+        axes[0].set_title(f"{name}: too few corners agree", loc="left", fontsize=10)
+    return figure
+
+
+def _told(name: str, one: Settled) -> str:
+    before, after = (("-" if index is None else f"{index:.4f}") for index in (one.index_before, one.index))
+    place = one.target_from_source
+    return (
+        f"{name}: {one.agreement.inliers} corner pairs agree\nturned by {math.degrees(place.yaw):.2f} degrees, scale "
+        f"{place.scale:.4f}; acceptance index {before}, after ICP {after}"
+    )

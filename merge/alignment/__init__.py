@@ -1,0 +1,1 @@
+"""Alignment: candidate transforms refined on the walls of both maps."""

@@ -1,0 +1,181 @@
+"""The similarities that lay most corners of one map on corners of the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from mapping.geometry.similarity_fit import fit_similarity
+
+Complex = NDArray[np.complex128]
+"""Points x + i y, so that a turn is a product."""
+
+Cells = NDArray[np.float64]
+"""Points (N, 2) x, y in cells."""
+
+
+@dataclass(frozen=True)
+class ConsensusSettings:
+    """Distances in cells of the coarser map.
+
+    - ``inlier_distance_cells``: Chen's 5 pixels;
+    - ``most_corners``: the strongest of each map that vote;
+    - ``finest_step``: turns and scales are tried no closer than this, in radians and as a logarithm;
+    - ``peaks``: so many shifts of each turn and scale, and in all so many agreements, are looked at;
+    - ``distinct_cells``: how far apart two answers must put the corners on average to count as two.
+    """
+
+    inlier_distance_cells: float = 5.0
+    most_corners: int = 250
+    finest_step: float = 1.0 / 60.0
+    peaks: int = 8
+    looked_at: int = 96
+    refits: int = 3
+    distinct_cells: float = 10.0
+    min_inliers: int = 3
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0:
+                raise ValueError(f"ConsensusSettings: {name} is {value}, must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """A similarity, cells to cells, and the corner pairs that agree on it: indices (M,) into each map's corners."""
+
+    target_from_source: Similarity2
+    target: NDArray[np.intp]
+    source: NDArray[np.intp]
+    matches: int
+
+    @property
+    def inliers(self) -> int:
+        return len(self.source)
+
+
+def agreements(
+    target: Cells,
+    source: Cells,
+    turns: Sequence[float] | None,
+    scale: ScaleRange,
+    settings: ConsensusSettings = ConsensusSettings(),
+) -> list[Agreement]:
+    """Distinct similarities that many corner pairs agree on, most first; empty where nothing has enough.
+
+    In place of Chen 2021, who leaves all point pairs of two clusters of k-means to RANSAC, every pair votes: for each
+    turn and scale a pair fixes the shift, and the shifts that most pairs share win (Ballard 1981). ``turns`` [rad] are
+    those to try, the four quarter turns where both maps have a main direction; None tries all round. Nothing is drawn
+    at random. Winners are fitted again on their inliers, each corner in one pair only.
+    """
+    if min(len(target), len(source)) < settings.min_inliers:
+        return []
+    there, here = target[: settings.most_corners], source[: settings.most_corners]
+    middle = here.mean(axis=0)
+    reach = max(float(np.hypot(*(here - middle).T).max()), 1.0)
+    coarser = max(1.0, math.sqrt(scale.low * scale.high))
+    gate = settings.inlier_distance_cells * coarser
+    step = max(gate / (coarser * reach), settings.finest_step)
+    tried = _tried(turns, scale, step)
+    votes = _votes(_complex(there), _complex(here - middle), tried, gate, settings.peaks)
+    strongest = np.argsort(-votes[:, 0].real, kind="stable")[: settings.looked_at]
+    found: list[Agreement] = []
+    tree = cKDTree(target)
+    for turn, shift in votes[strongest, 1:].tolist():
+        rough = _similarity(turn, shift - turn * complex(middle[0], middle[1]))
+        fit = _refitted(target, tree, source, rough, scale, settings)
+        if fit is not None and all(_apart(fit, other, source, settings) for other in found):
+            found.append(fit)
+    return sorted(found, key=lambda agreement: -agreement.inliers)
+
+
+def _tried(turns: Sequence[float] | None, scale: ScaleRange, step: float) -> Complex:
+    if turns is None:
+        count = math.ceil(math.tau / step)
+        turns = [k * math.tau / count for k in range(count)]
+    steps = math.ceil(math.log(scale.high / scale.low) / step)
+    sizes = np.geomspace(scale.low, scale.high, steps + 1)
+    return np.asarray((sizes[:, None] * np.exp(1j * np.asarray(turns))[None, :]).ravel())
+
+
+def _complex(points: Cells) -> Complex:
+    return np.asarray(points[:, 0] + 1j * points[:, 1])
+
+
+@njit(cache=True)
+def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks: int) -> Complex:
+    """Votes, turn and shift (K, 3) of the strongest shifts of each turn; bins, ``gate`` wide, count two by two."""
+    found = np.zeros((len(turns) * peaks, 3), np.complex128)
+    for t in range(len(turns)):
+        moved = source * turns[t]
+        low_x, low_y = target.real.min() - moved.real.max(), target.imag.min() - moved.imag.max()
+        cols = int((target.real.max() - moved.real.min() - low_x) / gate) + 2
+        rows = int((target.imag.max() - moved.imag.min() - low_y) / gate) + 2
+        bins = np.zeros((rows, cols), np.int32)
+        for i in range(len(moved)):
+            for k in range(len(target)):
+                x, y = target[k].real - moved[i].real - low_x, target[k].imag - moved[i].imag - low_y
+                bins[int(y / gate), int(x / gate)] += 1
+        for peak in range(peaks):
+            best, best_row, best_col = 0, 0, 0
+            for row in range(rows - 1):
+                for col in range(cols - 1):
+                    sum_ = bins[row, col] + bins[row + 1, col] + bins[row, col + 1] + bins[row + 1, col + 1]
+                    if sum_ > best:
+                        best, best_row, best_col = sum_, row, col
+            if best == 0:
+                break
+            bins[best_row : best_row + 2, best_col : best_col + 2] = 0
+            shift = complex(low_x + (best_col + 1) * gate, low_y + (best_row + 1) * gate)
+            found[t * peaks + peak, 0], found[t * peaks + peak, 1], found[t * peaks + peak, 2] = best, turns[t], shift
+    return found[found[:, 0].real > 0.0]
+
+
+def _refitted(
+    target: Cells,
+    tree: cKDTree,
+    source: Cells,
+    rough: Similarity2,
+    scale: ScaleRange,
+    settings: ConsensusSettings,
+) -> Agreement | None:
+    fit = rough
+    for attempt in range(settings.refits + 1):
+        gate = settings.inlier_distance_cells * max(1.0, fit.scale) * (2.0 if attempt == 0 else 1.0)
+        there, here = _partners(tree, fit.apply(source), gate)
+        if len(here) < settings.min_inliers:
+            return None
+        if attempt == settings.refits:
+            break
+        better = fit_similarity(target[there], source[here], scale)
+        if better is None:
+            return None
+        fit = better
+    return Agreement(fit, there, here, len(source))
+
+
+def _partners(tree: cKDTree, moved: Cells, gate: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Indices of target and source corners that are nearest to each other, no farther than ``gate``."""
+    found = tree.query(moved, distance_upper_bound=gate)
+    distance, nearest = np.asarray(found[0], np.float64), np.asarray(found[1], np.intp)
+    order = np.argsort(distance, kind="stable")
+    order = order[np.isfinite(distance[order])]
+    there, first = np.unique(nearest[order], return_index=True)
+    return there, order[first]
+
+
+def _similarity(turn: complex, shift: complex) -> Similarity2:
+    return Similarity2(shift.real, shift.imag, math.atan2(turn.imag, turn.real), abs(turn))
+
+
+def _apart(a: Agreement, b: Agreement, source: Cells, settings: ConsensusSettings) -> bool:
+    displacement = np.hypot(*(a.target_from_source.apply(source) - b.target_from_source.apply(source)).T)
+    return bool(displacement.mean() > settings.distinct_cells * max(1.0, a.target_from_source.scale))

@@ -1,0 +1,69 @@
+"""RANSAC as chapter 4 of Chen 2021 runs it, and his belief in what comes of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.pair.pipeline import PairAnswer
+from merge.verification.acceptance import Decision
+from merge.verification.cell_overlap import compare_cells
+
+NO_COMMON_CELL = "the maps have no known cell in common"
+MOST_TIMES_LARGER = 10.0
+COLLAPSED = f"one map would be more than {MOST_TIMES_LARGER:g} times as large as the other"
+
+Complex = NDArray[np.complex128]
+
+
+def most_inliers(
+    target: NDArray[np.float64],
+    source: NDArray[np.float64],
+    samples: int,
+    inlier_distance_cells: float,
+    rng: np.random.Generator,
+) -> Similarity2 | None:
+    """Of similarities through two matches (M, 2) each, drawn at random, the first of most inliers, cells to cells.
+
+    Source: Chen 2021, section 4.4. A match is an inlier where its residual in the target is less than the distance.
+    It is not fitted again, and its scale has no bound: near 0 everything is an inlier. None where no sample has a
+    scale at all.
+    """
+    if len(source) < 2:
+        return None
+    first = rng.integers(0, len(source), samples)
+    second = (first + rng.integers(1, len(source), samples)) % len(source)
+    p, q = source[:, 0] + 1j * source[:, 1], target[:, 0] + 1j * target[:, 1]
+    p_side, q_side = p[second] - p[first], q[second] - q[first]
+    usable = (np.abs(p_side) > 0.0) & (np.abs(q_side) > 0.0)
+    if not usable.any():
+        return None
+    turns = q_side[usable] / p_side[usable]
+    shifts = q[first[usable]] - turns * p[first[usable]]
+    best = int(np.argmax(_counts(p, q, turns, shifts, inlier_distance_cells)))
+    turn, shift = complex(turns[best]), complex(shifts[best])
+    return Similarity2(shift.real, shift.imag, math.atan2(turn.imag, turn.real), abs(turn))
+
+
+@njit(cache=True)
+def _counts(p: Complex, q: Complex, turns: Complex, shifts: Complex, distance: float) -> NDArray[np.int64]:
+    counts = np.zeros(len(turns), np.int64)
+    for k in range(len(turns)):
+        for i in range(len(p)):
+            if abs(turns[k] * p[i] + shifts[k] - q[i]) < distance:
+                counts[k] += 1
+    return counts
+
+
+def believed_by_index(target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2) -> PairAnswer:
+    """The answer with its acceptance index as confidence. The thesis has no threshold: every answer is believed that
+    has an index at all, but for one that would shrink a map to nothing beside the other."""
+    index = compare_cells(target, source, answer).acceptance_index
+    collapsed = not 1.0 / MOST_TIMES_LARGER <= answer.scale <= MOST_TIMES_LARGER
+    reason = NO_COMMON_CELL if index is None else COLLAPSED if collapsed else None
+    return PairAnswer(answer, None, Decision(reason is None, index or 0.0, reason))

@@ -1,0 +1,72 @@
+"""ORB features and RANSAC, the plain thing that everyone writes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from mapping.geometry.scale_range import ScaleRange
+from merge.literature.agreed_matches import AgreedMatches, agreed
+from merge.pair.pipeline import PairAnswer
+from merge.pair.published import judged, nothing_found
+from merge.preparation.map_image import cells_from_pixels, trinary_picture
+from merge.preparation.prepared_map import Chart
+from merge.proposers.orb import SMALLEST_SIDE, Keypoints
+from merge.proposers.proposer import Proposal
+
+
+@dataclass(frozen=True)
+class PlainOrb:
+    """ORB (Rublee et al. 2011) on three greys, brute force over Hamming distance with cross check, OpenCV's RANSAC.
+
+    Not to be taken for ``Orb``, which is a part of the method of the house. ``min_inliers`` is the
+    ten matches that OpenCV's own tutorial on features and homographies asks for.
+    """
+
+    features: int = 2000
+    inlier_distance_cells: float = 3.0
+    min_inliers: int = 10
+
+    def __post_init__(self) -> None:
+        for name in ("features", "inlier_distance_cells", "min_inliers"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"PlainOrb: {name} is {getattr(self, name)}, must be positive")
+
+    def describe(self, chart: Chart) -> Keypoints:
+        """The map's keypoints; none on a blank or very small map."""
+        picture = trinary_picture(chart.grid)
+        nothing = Keypoints(np.empty((0, 2)), np.empty((0, 32), dtype=np.uint8))
+        if min(picture.shape) < SMALLEST_SIDE:
+            return nothing
+        keypoints, descriptors = cv2.ORB.create(nfeatures=self.features).detectAndCompute(picture, None)
+        if descriptors is None:
+            return nothing
+        pixels = np.array([keypoint.pt for keypoint in keypoints], dtype=np.float64)
+        return Keypoints(cells_from_pixels(pixels, picture.shape[0]), descriptors.astype(np.uint8))
+
+    def propose(
+        self, target: Keypoints, source: Keypoints, scale: ScaleRange, rng: np.random.Generator
+    ) -> tuple[Proposal, ...]:
+        """The one similarity of most inliers, fitted again on them within the bounds of the scale."""
+        found = self._found(target, source)
+        return () if found is None else found.proposals(scale)
+
+    def published(
+        self, target: Keypoints, source: Keypoints, scale: ScaleRange, rng: np.random.Generator
+    ) -> PairAnswer:
+        """What RANSAC says, believed from ``min_inliers`` on; its scale is free whatever the range."""
+        found = self._found(target, source)
+        if found is None:
+            return nothing_found()
+        inliers = float(found.inliers.sum())
+        return judged(found.target_from_source, "the number of inliers", inliers, self.min_inliers)
+
+    def _found(self, target: Keypoints, source: Keypoints) -> AgreedMatches | None:
+        if not len(target.points) or not len(source.points):
+            return None
+        matches = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True).match(source.descriptors, target.descriptors)
+        there = target.points[[match.trainIdx for match in matches]]
+        here = source.points[[match.queryIdx for match in matches]]
+        return agreed(there, here, self.inlier_distance_cells)

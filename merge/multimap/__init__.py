@@ -1,0 +1,1 @@
+"""More than two maps: pair selection, consistency, clusters and joint refinement."""

@@ -1,0 +1,77 @@
+"""Pairs judged again where it is known from elsewhere how they lie: from the rest of the team, or from start poses."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from mapping.geometry.similarity2 import Similarity2
+from merge.multimap.edge import Edge, Ground, edge_of
+from merge.pair.feature_cache import Shelf, metres_from_chart
+from merge.pair.matching import PairTask, process_shelf, told
+from merge.pair.pipeline import answer_near
+from merge.records.prior import CONTRADICTS_PRIOR, Expected
+from merge.records.result import DecidedBy, PairResult
+
+AGAINST_TEAM = "contradicts the rest of the team"
+NO_OVERLAP = "not tried: they share too little where the team puts them"
+NOT_PROMISING = "not tried: other pairs of these maps promised more"
+
+
+@dataclass(frozen=True, eq=False)
+class NearTask:
+    """A pair to be judged near a place, metres to metres, or anywhere that is expected."""
+
+    pair: PairTask
+    place: Similarity2 | Expected
+
+
+def match_near(task: NearTask, shelf: Shelf | None = None) -> PairResult:
+    """The answer for a pair near that place; what else looks like it elsewhere is no rival."""
+    pair = task.pair
+    sheets = pair.sheets(shelf or process_shelf(), pair.methods)
+    target_metres, source_metres = (
+        metres_from_chart(grid.frame, sheet.chart) for grid, sheet in zip(pair.grids, sheets, strict=True)
+    )
+    scale = pair.in_cells(pair.scale, sheets)
+    if isinstance(task.place, Expected):
+        places = task.place.starts(sheets[0].chart, target_metres, source_metres)
+    else:
+        places = [target_metres.inverse() @ task.place @ source_metres]
+    places = [dataclasses.replace(place, scale=scale.clip(place.scale)) for place in places]
+    return told(pair, answer_near(*sheets, places, scale, pair.settings.decision), sheets)
+
+
+def refused(pair: PairResult, reason: str, by: DecidedBy) -> PairResult:
+    """An accepted answer that others contradict."""
+    return dataclasses.replace(pair, accepted=False, reason=reason, decided_by=by)
+
+
+def won(before: PairResult | None, now: PairResult, by: DecidedBy) -> PairResult:
+    """An answer that the team explains, in place of a refusal, whose reason it keeps."""
+    reason = None if before is None else before.pair_reason or before.reason
+    return dataclasses.replace(now, decided_by=by, pair_reason=reason)
+
+
+def not_tried(task: PairTask, reason: str) -> PairResult:
+    """What is told of a pair that was not matched."""
+    return PairResult(*task.names, False, 0.0, reason, None, None, task.units[0], None, decided_by="team")
+
+
+def by_itself(pair: PairResult) -> PairResult | None:
+    """What a pair was worth before the team was heard; None where it was not tried."""
+    if pair.decided_by == "pair":
+        return pair
+    if pair.reason in (AGAINST_TEAM, CONTRADICTS_PRIOR):
+        return dataclasses.replace(pair, accepted=True, reason=None, decided_by="pair")
+    if pair.pair_reason is not None:
+        return dataclasses.replace(
+            pair, accepted=False, reason=pair.pair_reason, pair_reason=None, decided_by="pair", confidence=0.0
+        )
+    return None
+
+
+def edge(pair: PairResult, indices: tuple[int, int], grounds: tuple[Ground, ...]) -> Edge:
+    """The edge of an answer, lower index first."""
+    found = edge_of(pair, indices, grounds)
+    return found if found.target < found.source else found.reversed()

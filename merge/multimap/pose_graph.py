@@ -1,0 +1,136 @@
+"""All poses at once from what the pairs say: motion averaging by a library's sparse least squares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.geometry.similarity2_array import Motions, rotations
+from merge.multimap.edge import Edge, EdgeTable
+
+Poses = Mapping[int, Similarity2]
+"""Where maps lie: root_from_map between local frames."""
+
+BRIDGE = 1e-6
+"""An edge of which the others leave less than this share free is one without which the graph falls apart."""
+
+
+def averaged(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> dict[int, Similarity2]:
+    """The poses that agree best with all edges, whitened by their covariances; the root stays where it is.
+
+    Source: least squares on a graph of poses (Lu and Milios 1997; for grid maps, Jiang et al. 2019), solved by
+    SciPy's trust region with a sparse Jacobian.
+    """
+    from scipy.optimize import least_squares  # only teams need it
+
+    if len(edges) < len(poses):  # a tree is as its edges have it
+        return dict(poses)
+    system = _System.of(poses, edges, root, fixed_scale)
+    start = packed(poses, system.free, system.unknowns)
+    found = least_squares(system.residuals, start, system.jacobian, x_scale="jac", tr_solver="lsmr", max_nfev=30)
+    return unpacked(found.x, poses, system.free, system.unknowns)
+
+
+def strains(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> NDArray[np.float64]:
+    """By how much each edge (E,) differs from what all the others say of its pair, as a square by the covariance of
+    that difference; 0 for what no other edge speaks of. ``poses`` are the mean of the edges.
+
+    Source: data snooping (Baarda 1968): the residual of an observation, by the share of it that the others control.
+    """
+    if len(edges) < len(poses):
+        return np.zeros(len(edges))
+    system = _System.of(poses, edges, root, fixed_scale)
+    at = packed(poses, system.free, system.unknowns)
+    slopes = np.asarray(system.jacobian(at).todense())
+    spread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
+    slopes = slopes.reshape(len(edges), system.unknowns, -1)
+    free = np.eye(system.unknowns) - slopes @ spread @ slopes.transpose(0, 2, 1)
+    controlled = np.linalg.eigvalsh(free)[:, 0] > BRIDGE
+    free[~controlled] = np.eye(system.unknowns)
+    off = system.residuals(at).reshape(len(edges), system.unknowns, 1)
+    squares = (off * np.linalg.solve(free, off)).sum(axis=(1, 2))
+    return np.where(controlled, squares, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Residuals of all edges and how they change with the poses of the ``free`` maps; ``start`` has those and, last,
+    the root, by which place ``targets`` and ``sources`` index."""
+
+    start: Motions
+    free: Sequence[int]
+    edges: EdgeTable
+    whiteners: NDArray[np.float64]
+    targets: NDArray[np.intp]
+    sources: NDArray[np.intp]
+    unknowns: int
+
+    @staticmethod
+    def of(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> _System:
+        free = [index for index in sorted(poses) if index != root]
+        at = {index: k for k, index in enumerate([*free, root])}
+        table, unknowns = EdgeTable.of(edges), 3 if fixed_scale else 4
+        targets, sources = (
+            np.array([at[index] for index in ends.tolist()], np.intp) for ends in (table.targets, table.sources)
+        )
+        whiteners = np.linalg.inv(np.linalg.cholesky(table.covariances[:, :unknowns, :unknowns]))
+        start = Motions.of(poses[index] for index in at)
+        return _System(start, free, table, whiteners, targets, sources, unknowns)
+
+    def residuals(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        placed = self._placed(values)
+        off = (placed[self.targets].inverse() @ placed[self.sources]).minus(self.edges.found)
+        return np.asarray((self.whiteners @ off[:, : self.unknowns, None]).ravel())
+
+    def jacobian(self, values: NDArray[np.float64]) -> csr_array:
+        """The sparse Jacobian: a block for the target and one for the source of each edge."""
+        placed = self._placed(values)
+        number = self.unknowns
+        kept = [k for k in range(8) if k % 4 < number]
+        blocks = self.whiteners @ slopes(placed[self.targets], placed[self.sources])[:, :number][:, :, kept]
+        first = np.stack((self.targets, self.sources), axis=-1) * number
+        cols = np.broadcast_to((first[:, :, None] + np.arange(number)).reshape(-1, 1, 2 * number), blocks.shape)
+        rows = np.broadcast_to(np.arange(len(blocks) * number).reshape(-1, number, 1), blocks.shape)
+        moved = cols < number * len(self.free)
+        shape = len(blocks) * number, number * len(self.free)
+        return csr_array((blocks[moved], (rows[moved], cols[moved])), shape=shape)
+
+    def _placed(self, values: NDArray[np.float64]) -> Motions:
+        rows = values.reshape(len(self.free), self.unknowns)
+        scale = np.exp(rows[:, 3]) if self.unknowns == 4 else np.abs(self.start.turn[:-1])
+        turn = np.append(scale * np.exp(1j * rows[:, 2]), self.start.turn[-1])
+        return Motions(turn, np.append(rows[:, 0] + 1j * rows[:, 1], self.start.shift[-1]))
+
+
+def packed(poses: Poses, free: Sequence[int], unknowns: int) -> NDArray[np.float64]:
+    """x, y, yaw (and log scale) of the free maps, one after the other."""
+    rows = [(p.x, p.y, p.yaw, math.log(p.scale))[:unknowns] for p in (poses[index] for index in free)]
+    return np.array(rows).ravel()
+
+
+def unpacked(values: NDArray[np.float64], poses: Poses, free: Sequence[int], unknowns: int) -> dict[int, Similarity2]:
+    """The inverse of ``packed``; what is not free, and scales that are fixed, are those of ``poses``."""
+    placed = dict(poses)
+    for index, row in zip(free, values.reshape(-1, unknowns).tolist(), strict=True):
+        scale = math.exp(row[3]) if unknowns == 4 else poses[index].scale
+        placed[index] = Similarity2(row[0], row[1], row[2], scale)
+    return placed
+
+
+def slopes(targets: Motions, sources: Motions) -> NDArray[np.float64]:
+    """d (x, y, yaw, log scale) of target^-1 source by those of the target and of the source: (E, 4, 8)."""
+    back = rotations(1.0 / targets.turn)
+    between = (sources.shift - targets.shift) / targets.turn
+    out = np.zeros((len(between), 4, 8))
+    out[:, :2, :2], out[:, :2, 4:6] = -back, back
+    out[:, 0, 2], out[:, 1, 2] = between.imag, -between.real  # turning the target turns what lies between back
+    out[:, 0, 3], out[:, 1, 3] = -between.real, -between.imag
+    out[:, 2, 2], out[:, 2, 6] = -1.0, 1.0
+    out[:, 3, 3], out[:, 3, 7] = -1.0, 1.0
+    return out

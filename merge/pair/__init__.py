@@ -1,0 +1,1 @@
+"""The pipeline of one pair: propose, align, verify, decide."""

@@ -1,0 +1,218 @@
+"""Pairs of maps matched, each by itself, here or on the workers of an executor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame, pixel_matrix, similarity_from_pixels
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import MapSet, Unit
+from mapping.seeds import Role, stream
+from merge.methods import PROPOSERS, PUBLISHED
+from merge.pair.feature_cache import Method, Shelf, cell_width, map_cells_from_chart, metres_from_chart
+from merge.pair.pipeline import PairAnswer, Sheet, merge_pair
+from merge.records.result import Alternative, PairResult
+from merge.settings import MergeSettings
+from merge.verification.acceptance import Decision
+
+OTHER_SCALE = "fits only at another scale than the maps state"
+SAME_SCALE = math.log(1.03)
+"""What differs by less is no other scale."""
+
+IN_FLIGHT = 64
+"""Tasks handed out at a time, so that their maps are not all in flight at once."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class PairTask:
+    """Two maps to match, and all that it takes: a worker knows nothing else. ``scale`` bounds stated metres of the
+    target per stated metre of the source, or cells per cell where either map has no metres."""
+
+    names: tuple[str, str]
+    grids: tuple[OccupancyGrid, OccupancyGrid]
+    units: tuple[Unit, Unit]
+    scale: ScaleRange
+    settings: MergeSettings
+    seed: int
+
+    @staticmethod
+    def of(maps: MapSet, target: int, source: int, scale: ScaleRange, settings: MergeSettings, seed: int) -> PairTask:
+        def both(values: Sequence[Result]) -> tuple[Result, Result]:
+            return values[target], values[source]
+
+        return PairTask(both(maps.names), both(maps.grids), both(maps.units), scale, settings, seed)
+
+    @property
+    def cells_per_cell(self) -> float:
+        """What a scale of 1 is in cells of the target map per cell of the source map."""
+        if "cell" in self.units:
+            return 1.0
+        return self.grids[1].frame.resolution / self.grids[0].frame.resolution
+
+    @property
+    def methods(self) -> tuple[Method, ...]:
+        if self.settings.as_published:
+            return (PUBLISHED[self.settings.method],)
+        return PROPOSERS[self.settings.method]
+
+    def sheets(self, shelf: Shelf, methods: Sequence[Method]) -> tuple[Sheet, Sheet]:
+        return shelf.sheet(self.grids[0], methods), shelf.sheet(self.grids[1], methods)
+
+    def in_cells(self, scale: ScaleRange, sheets: tuple[Sheet, Sheet]) -> ScaleRange:
+        """Scales in metres as stated, in cells of the target's sheet per cell of the source's."""
+        return scale.times(self.cells_per_cell * cell_width(sheets[1].chart) / cell_width(sheets[0].chart))
+
+
+def match(task: PairTask, shelf: Shelf | None = None) -> PairResult:
+    """The answer for one pair; it depends neither on other maps nor on which of the two comes first."""
+    sheets = task.sheets(shelf or process_shelf(), task.methods)
+    answer = _answer(*sheets, task.in_cells(task.scale, sheets), task.settings, task.seed)
+    if answer.decision.accepted or task.settings.scale is not None or not task.scale.fixed:
+        return told(task, answer, sheets)
+    return told(task, _at_another_scale(task, sheets) or answer, sheets)
+
+
+def _at_another_scale(task: PairTask, sheets: tuple[Sheet, Sheet]) -> PairAnswer | None:
+    """The answer that would be accepted if the maps did not state their resolutions, refused, and saying so; None where
+    there is none. The first proposer alone is asked, which costs little."""
+    scale = ScaleRange.free()
+    answer = _answer(*sheets, task.in_cells(scale, sheets), task.settings, task.seed, proposers=1)
+    if not answer.decision.accepted:
+        return None
+    found = told(task, answer, sheets).target_from_source
+    if found is None or abs(math.log(found.scale)) < SAME_SCALE:
+        return None
+    times = f", {found.scale:.3g} times that"
+    return replace(answer, decision=Decision(False, 0.0, OTHER_SCALE + times))
+
+
+@cache
+def process_shelf() -> Shelf:
+    """The shelf of a worker's process: tasks of one map follow one another, and it is prepared once."""
+    return Shelf()
+
+
+def run_tasks(
+    function: Callable[[Task, Shelf | None], Result],
+    tasks: Sequence[Task],
+    shelf: Shelf,
+    executor: Executor | None = None,
+    on_done: Callable[[], None] = lambda: None,
+) -> list[Result]:
+    """What the function makes of each task, in the order of the tasks, whoever does the work."""
+    if executor is None:
+        results = []
+        for task in tasks:
+            results.append(function(task, shelf))
+            on_done()
+        return results
+    found: dict[int, Result] = {}
+    for index, result in _as_they_come(function, tasks, executor):
+        found[index] = result
+        on_done()
+    return [found[index] for index in range(len(tasks))]
+
+
+def _as_they_come(
+    function: Callable[[Task, Shelf | None], Result], tasks: Sequence[Task], executor: Executor
+) -> Iterator[tuple[int, Result]]:
+    running: dict[Future[Result], int] = {}
+    waiting = list(range(len(tasks) - 1, -1, -1))
+    try:
+        while waiting or running:
+            while waiting and len(running) < IN_FLIGHT:
+                index = waiting.pop()
+                running[executor.submit(function, tasks[index], None)] = index
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield running.pop(future), future.result()
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _answer(
+    target: Sheet,
+    source: Sheet,
+    scale: ScaleRange,
+    settings: MergeSettings,
+    seed: int,
+    proposers: int | None = None,
+) -> PairAnswer:
+    """By so many of the method's proposers, or all."""
+    rng = stream(seed, Role.MERGE)
+    if canonical(target.chart.grid) <= canonical(source.chart.grid):
+        return _judged(target, source, scale, settings, rng, proposers)
+    return _judged(source, target, scale.inverse(), settings, rng, proposers).inverse()
+
+
+def _judged(
+    target: Sheet,
+    source: Sheet,
+    scale: ScaleRange,
+    settings: MergeSettings,
+    rng: np.random.Generator,
+    proposers: int | None,
+) -> PairAnswer:
+    if settings.as_published:
+        return PUBLISHED[settings.method].published(target.descriptions[0], source.descriptions[0], scale, rng)
+    return merge_pair(target, source, scale, PROPOSERS[settings.method][:proposers], rng, settings.decision)
+
+
+def canonical(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
+    """What maps are ordered by wherever the order could matter: what they hold, not when they came."""
+    return grid.frame.shape, grid.log_odds.tobytes()
+
+
+def told(task: PairTask, answer: PairAnswer, sheets: tuple[Sheet, Sheet]) -> PairResult:
+    """An answer in cells of the sheets, told in metres and in pixels of the maps."""
+    frames = task.grids[0].frame, task.grids[1].frame
+
+    def in_pixels(cells: Similarity2) -> NDArray[np.float64]:
+        return _pixels(sheets[0], cells, sheets[1], frames)
+
+    def in_metres(cells: Similarity2) -> Similarity2:
+        return similarity_from_pixels(frames[0], in_pixels(cells), frames[1])
+
+    found, metric, covariance = answer.target_from_source, None, None
+    if found is not None:
+        metric = in_metres(found)
+        if answer.uncertainty is not None:
+            covariance = answer.uncertainty.of_parameters(metres_from_chart(frames[0], sheets[0].chart), metric)
+    return PairResult(
+        target=task.names[0],
+        source=task.names[1],
+        accepted=answer.decision.accepted,
+        confidence=answer.decision.confidence,
+        reason=answer.decision.reason,
+        target_from_source=metric,
+        target_from_source_pixels=None if found is None else in_pixels(found),
+        unit=task.units[0],
+        evidence=answer.evidence,
+        covariance=covariance,
+        alternatives=tuple(
+            Alternative(in_metres(other.target_from_source), other.agreement) for other in answer.alternatives
+        ),
+    )
+
+
+def _pixels(
+    target: Sheet, cells: Similarity2, source: Sheet, frames: tuple[GridFrame, GridFrame]
+) -> NDArray[np.float64]:
+    corners = [map_cells_from_chart(sheet.chart) for sheet in (target, source)]
+    bare = [GridFrame(1.0, SE2.identity(), frame.shape) for frame in frames]
+    return pixel_matrix(bare[0], corners[0] @ cells @ corners[1].inverse(), bare[1])

@@ -1,0 +1,179 @@
+"""The merge of two maps, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from merge.alignment.hypotheses import Candidate, candidates, distinct, finished, is_rival, rivals, settled, sharpest
+from merge.preparation.prepared_map import Chart
+from merge.proposers.proposer import Proposal, Proposer
+from merge.records.result import Evidence
+from merge.verification.acceptance import BARE, Decision, DecisionSettings, decide, lead_of
+from merge.verification.cell_overlap import compare_cells
+from merge.verification.uncertainty import Uncertainty, uncertainty
+
+NOTHING_PROPOSED = "nothing was proposed"
+MIN_SURFACE_POINTS = 20
+FINALISTS = 4
+PROMISING = 0.25
+"""What agrees less, refined quickly, is not worth more before the next proposer has had its say."""
+
+SURE_AGREEMENT = 0.45
+"""An answer that agrees so well, and leaves its rivals far behind, needs no further proposals."""
+
+ALTERNATIVES = 3
+"""So many other places are told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A map as the merger holds it: its chart, and what each proposer of the method found on it."""
+
+    chart: Chart
+    descriptions: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another place for the source, cells to cells, and how well the walls agree there (``Evidence``)."""
+
+    target_from_source: Similarity2
+    agreement: float
+
+
+@dataclass(frozen=True)
+class PairAnswer:
+    """The best candidate, cells to cells, with its evidence, and the decision. None where nothing was proposed, the
+    uncertainty also where a method answered as published. ``alternatives`` lie elsewhere, the best of them first."""
+
+    target_from_source: Similarity2 | None
+    evidence: Evidence | None
+    decision: Decision
+    uncertainty: Uncertainty | None = None
+    alternatives: tuple[Alternative, ...] = ()
+
+    @property
+    def agreement(self) -> float:
+        return 0.0 if self.evidence is None else self.evidence.agreement
+
+    def inverse(self) -> PairAnswer:
+        """The answer for the pair the other way round."""
+        answer = self.target_from_source
+        if answer is None:
+            return self
+        return PairAnswer(
+            answer.inverse(),
+            self.evidence,
+            self.decision,
+            None if self.uncertainty is None else self.uncertainty.inverse(answer),
+            tuple(Alternative(other.target_from_source.inverse(), other.agreement) for other in self.alternatives),
+        )
+
+
+def merge_pair(
+    target: Sheet,
+    source: Sheet,
+    scale: ScaleRange,
+    proposers: Sequence[Proposer[Any]],
+    rng: np.random.Generator,
+    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
+) -> PairAnswer:
+    """Propose, verify, refine, decide; the next proposer is asked only where no answer is sure yet.
+
+    ``scale`` in cells of the target per cell of the source. ``proposers`` are those that described the sheets, or the
+    first of them.
+    """
+    answer = PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
+    if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
+        return PairAnswer(None, None, Decision(False, 0.0, BARE))
+    charts = target.chart, source.chart
+    rough: list[Candidate] = []
+    found: list[Candidate] = []
+    stages = list(zip(proposers, target.descriptions, source.descriptions, strict=False))
+    for number, (proposer, there, here) in enumerate(stages, start=1):
+        proposals = proposer.propose(there, here, scale, rng)
+        rough = distinct(*charts, [*rough, *candidates(*charts, proposals, scale)])
+        if not rough or (number < len(stages) and rough[0].walls.agreement < PROMISING):
+            continue
+        found = distinct(*charts, [*found, *finished(*charts, rough[:FINALISTS], scale)])
+        rough = rough[FINALISTS:]
+        answer = _best(*charts, found, scale, settings)
+        if answer.agreement >= settings.min_agreement:
+            found = distinct(*charts, [*found, *rivals(*charts, found[0], scale)])
+            answer = _best(*charts, found, scale, settings)
+        if answer.evidence is not None and _is_sure(answer.evidence, settings):
+            break
+    return answer
+
+
+def _is_sure(evidence: Evidence, settings: DecisionSettings) -> bool:
+    return evidence.agreement >= SURE_AGREEMENT and lead_of(evidence) >= settings.enough_lead
+
+
+def _best(
+    target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange, settings: DecisionSettings
+) -> PairAnswer:
+    level = sharpest(found)
+    best = settled(target, source, found[0], scale, level)
+    others = [
+        Alternative(other.target_from_source, other.laid[level].agreement)
+        for other in found
+        if is_rival(target, source, best, other)
+    ]
+    others.sort(key=lambda other: -other.agreement)
+    exact = uncertainty(target, source, best.target_from_source, scale)
+    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0, exact.exactness)
+    return PairAnswer(
+        best.target_from_source,
+        evidence,
+        decide(evidence, settings),
+        exact,
+        tuple(others[:ALTERNATIVES]),
+    )
+
+
+def _evidence(
+    target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float, exactness: float
+) -> Evidence:
+    cells = compare_cells(target.grid, source.grid, best.target_from_source)
+    walls = best.laid[level]
+    return Evidence(
+        acceptance_index=cells.acceptance_index,
+        walls_on_walls=walls.on_walls / walls.judged if walls.judged > 0.0 else None,
+        walls_in_free=walls.in_free / walls.judged if walls.judged > 0.0 else None,
+        walls_deep_in_free=best.walls.in_free / best.walls.judged if best.walls.judged > 0.0 else None,
+        common_known_cells=cells.known,
+        overlap=cells.overlap,
+        matched_walls_cells=walls.on_walls,
+        tolerance_cells=walls.tolerance,
+        spread=walls.spread,
+        agreement=walls.agreement,
+        rival_agreement=rival_agreement,
+        exactness=exactness,
+        matches=best.proposal.matches,
+        inliers=best.proposal.inliers,
+        votes=best.proposal.votes,
+    )
+
+
+def answer_near(
+    target: Sheet,
+    source: Sheet,
+    places: Sequence[Similarity2],
+    scale: ScaleRange,
+    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
+) -> PairAnswer:
+    """Verify, refine and decide where it is known from elsewhere that the source lies near one of these places: no
+    place far off is its rival."""
+    charts = target.chart, source.chart
+    if min(len(chart.points) for chart in charts) < MIN_SURFACE_POINTS:
+        return PairAnswer(None, None, Decision(False, 0.0, BARE))
+    rough = candidates(*charts, [Proposal(place) for place in places], scale)
+    found = finished(*charts, rough[:FINALISTS], scale)
+    return _best(*charts, found, scale, settings)

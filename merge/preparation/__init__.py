@@ -1,0 +1,1 @@
+"""Maps prepared for matching: surfaces, distance fields, pyramids, images."""

@@ -1,0 +1,1 @@
+"""Proposers: from two prepared maps to candidate transforms."""

@@ -1,0 +1,174 @@
+"""Proposals from the constellation of small things that stand by themselves: trees, pillars, boxes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity_fit import fit_similarity
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.preparation.prepared_map import Chart
+from merge.proposers.proposer import Proposal
+
+Marks = NDArray[np.float64]
+"""Landmarks (N, 3): x and y of the middle, and size, in cells of a ``Chart``; those of most cells first."""
+
+MIN_CELLS = 4
+SLACK = 1.03
+"""A scale that is known is off by so much where two landmarks tell it."""
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Occupied blobs of a map matched by where they lie to one another, and by nothing else.
+
+    Where nothing runs straight and features are few, as among trees, the pattern of small things is what maps share.
+    Each landmark is taken with some that lie near; two such pairs, one of either map, make a similarity, which is kept
+    if their sizes fit, and counted by how many landmarks of the source it lays on one of the target.
+    Source: geometric hashing over a basis of two points (Lamdan and Wolfson 1988), with every basis tried.
+
+    - ``gap_share``: cells this share of the diagonal apart are one blob; ``size_share``: what is larger is no landmark;
+    - ``most``: so many landmarks, those of most cells; ``neighbours``: each is paired with so many that lie nearest;
+    - ``near_share``: landmarks this share of the smaller map's diagonal apart are one;
+    - ``likeness``: sizes may differ by this factor (one is often seen from one side alone);
+    - ``min_inliers``, ``proposals``: what lays fewer on one another is chance; so many are proposed.
+    """
+
+    gap_share: float = 0.006
+    size_share: float = 0.09
+    most: int = 60
+    neighbours: int = 10
+    near_share: float = 0.012
+    likeness: float = 1.7
+    min_inliers: int = 4
+    proposals: int = 12
+
+    def describe(self, chart: Chart) -> tuple[Marks, float]:
+        """The landmarks, and the diagonal that distances are shares of."""
+        return _landmarks(chart.grid, chart.diagonal, self), chart.diagonal
+
+    def propose(
+        self,
+        target: tuple[Marks, float],
+        source: tuple[Marks, float],
+        scale: ScaleRange,
+        rng: np.random.Generator,
+    ) -> tuple[Proposal, ...]:
+        """Similarities that lay many landmarks on one another, those of most first."""
+        (there, diagonal), (here, other_diagonal) = target, source
+        if min(len(there), len(here)) < self.min_inliers:
+            return ()
+        near = self.near_share * min(diagonal, scale.middle * other_diagonal)
+        bounds = (scale.low / SLACK, scale.high * SLACK)
+        bases = _bases(there, self.neighbours, 3.0 * near), _bases(here, self.neighbours, 0.0)
+        counts, turns, shifts = _counted(
+            there, bases[0], here, bases[1], _lattice(there, near), near, bounds, self.likeness, self.min_inliers
+        )
+        best = np.argsort(-counts, kind="stable")[: self.proposals]
+        found = [self._refitted(there, here, complex(turns[k]), complex(shifts[k]), near, scale) for k in best]
+        return tuple(sorted((p for p in found if p is not None), key=lambda proposal: -(proposal.inliers or 0)))
+
+    def _refitted(
+        self, there: Marks, here: Marks, turn: complex, shift: complex, near: float, scale: ScaleRange
+    ) -> Proposal | None:
+        moved = turn * (here[:, 0] + 1j * here[:, 1]) + shift
+        found = cKDTree(there[:, :2]).query(np.stack((moved.real, moved.imag), axis=-1))
+        distance, index = np.asarray(found[0], np.float64), np.asarray(found[1], np.intp)
+        close = distance < 1.5 * near
+        answer = fit_similarity(there[index[close], :2], here[close, :2], scale)
+        if answer is None:
+            return None
+        return Proposal(answer, matches=min(len(there), len(here)), inliers=int(close.sum()))
+
+
+def _landmarks(grid: OccupancyGrid, diagonal: float, settings: Landmarks) -> Marks:
+    reach = max(1, round(settings.gap_share * diagonal))
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+    _, label_of = cv2.connectedComponents(cv2.dilate(grid.occupied.astype(np.uint8), disk), connectivity=8)
+    rows, cols = np.nonzero(grid.occupied)
+    if not rows.size:
+        return np.empty((0, 3))
+    label = label_of[rows, cols]
+    order = np.argsort(label, kind="stable")
+    first = np.flatnonzero(np.diff(label[order], prepend=-1))
+    low = [np.minimum.reduceat(cells[order], first) for cells in (cols, rows)]
+    high = [np.maximum.reduceat(cells[order], first) for cells in (cols, rows)]
+    cells = np.diff(first, append=len(order))
+    x, y = ((a + b + 1) / 2.0 for a, b in zip(low, high, strict=True))
+    size = np.maximum(*(b - a for a, b in zip(low, high, strict=True))) + 1.0
+    kept = np.flatnonzero((cells >= MIN_CELLS) & (size <= settings.size_share * diagonal))
+    kept = kept[np.argsort(-cells[kept], kind="stable")][: settings.most]
+    return np.stack((x[kept], y[kept], size[kept]), axis=-1)
+
+
+def _bases(marks: Marks, neighbours: int, least: float) -> NDArray[np.intp]:
+    """Pairs (P, 2) of each landmark with its nearest that lie at least so far."""
+    apart = np.hypot(*(marks[:, None, :2] - marks[None, :, :2]).transpose(2, 0, 1))
+    apart[apart <= least] = np.inf
+    nearest = np.argsort(apart, axis=1, kind="stable")[:, :neighbours]
+    first = np.repeat(np.arange(len(marks)), nearest.shape[1])
+    pairs = np.stack((first, nearest.ravel()), axis=-1)
+    return np.asarray(pairs[np.isfinite(apart[pairs[:, 0], pairs[:, 1]])], np.intp)
+
+
+def _lattice(marks: Marks, near: float) -> tuple[NDArray[np.bool_], float, float]:
+    """Squares of side ``near``: whether a landmark lies in one or beside it; and the corner, x and y."""
+    corner = marks[:, :2].min(axis=0) - 2.0 * near
+    cols, rows = np.floor((marks[:, :2] - corner) / near).astype(np.intp).T
+    filled = np.zeros((rows.max() + 3, cols.max() + 3), np.uint8)
+    filled[rows, cols] = 1
+    beside = cv2.dilate(filled, np.ones((3, 3), np.uint8)).astype(np.bool_)
+    return beside, float(corner[0]), float(corner[1])
+
+
+@njit(cache=True)
+def _counted(
+    there: Marks,
+    there_bases: NDArray[np.intp],
+    here: Marks,
+    here_bases: NDArray[np.intp],
+    lattice: tuple[NDArray[np.bool_], float, float],
+    near: float,
+    bounds: tuple[float, float],
+    likeness: float,
+    least: int,
+) -> tuple[NDArray[np.int64], NDArray[np.complex128], NDArray[np.complex128]]:
+    """Of every two bases that make a similarity within the bounds: how many landmarks it lays on one, its turn and
+    shift, target = turn * source + shift; those that lay fewer than ``least`` are left out."""
+    beside, left, low = lattice
+    p = there[:, 0] + 1j * there[:, 1]
+    q = here[:, 0] + 1j * here[:, 1]
+    counts, turns, shifts = [0], [0j], [0j]
+    for i, j in there_bases:
+        for k, m in here_bases:
+            turn = (p[j] - p[i]) / (q[m] - q[k])
+            scale = abs(turn)
+            if scale < bounds[0] or scale > bounds[1]:
+                continue
+            if not (
+                _alike(there[i, 2], scale * here[k, 2], likeness) and _alike(there[j, 2], scale * here[m, 2], likeness)
+            ):
+                continue
+            shift = p[i] - turn * q[k]
+            count = 0
+            for n in range(len(q)):
+                moved = turn * q[n] + shift
+                col, row = int((moved.real - left) // near), int((moved.imag - low) // near)
+                if 0 <= row < beside.shape[0] and 0 <= col < beside.shape[1] and beside[row, col]:
+                    count += 1
+            if count >= least:
+                counts.append(count)
+                turns.append(turn)
+                shifts.append(shift)
+    return np.array(counts[1:]), np.array(turns[1:]), np.array(shifts[1:])
+
+
+@njit(cache=True)
+def _alike(a: float, b: float, factor: float) -> bool:
+    return a <= factor * b and b <= factor * a

@@ -1,0 +1,1 @@
+"""Records that every step of a merge reads or returns."""

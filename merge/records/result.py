@@ -1,0 +1,140 @@
+"""What a merge answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.arrays import frozen_array
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import Unit
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for one transform, and what against it. Swapping the maps gives the same, up to rounding.
+
+    - ``acceptance_index``: share of the commonly known cells that agree (Birk and Carpin 2006); None without any;
+    - ``walls_on_walls``: share of the walls in the overlap that lie on a wall of the other map which faces the same
+      way;
+    - ``walls_in_free``: share of them that lie deep inside the other map's free space;
+    - ``walls_deep_in_free``: the same by the loosest tolerance, which the walls of bent maps keep where they are right;
+    - ``common_known_cells``: area that both know, in cells of the coarser map;
+    - ``overlap``: that area as a share of what the map that knows less knows;
+    - ``tolerance_cells``: how far apart, in cells of the coarser map, two walls may lie here and still be one: the
+      less, the crisper the maps;
+    - ``matched_walls_cells``: length of the walls on walls, in cells of the coarser map;
+    - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
+    - ``agreement``: the number that ranks candidates, 0 to 1;
+    - ``rival_agreement``: that of the best distinct other candidate, 0 where there was none;
+    - ``exactness``: the chance, by the covariance that comes with the answer, that a right place is told within 2
+      degrees of rotation and 3 % of scale: little common ground says where, but not how exactly;
+    - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
+    - ``votes``: how many proposals ended in this answer.
+    """
+
+    acceptance_index: float | None
+    walls_on_walls: float | None
+    walls_in_free: float | None
+    walls_deep_in_free: float | None
+    common_known_cells: float
+    overlap: float
+    tolerance_cells: float
+    matched_walls_cells: float
+    spread: float
+    agreement: float
+    rival_agreement: float
+    exactness: float
+    matches: int | None
+    inliers: int | None
+    votes: int
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another place where the source might lie, in the words of ``PairResult``, and how well the walls agree there
+    (``Evidence.agreement``)."""
+
+    target_from_source: Similarity2
+    agreement: float
+
+
+DecidedBy = Literal["pair", "team", "prior"]
+
+
+@dataclass(frozen=True, eq=False)
+class PairResult:
+    """The answer for one pair, ``target`` being the earlier map.
+
+    ``target_from_source`` maps metres as the source states them to metres as the target states them (cells where a
+    map is a bare picture; ``unit`` is that of x and y, the target's). ``target_from_source_pixels`` (2, 3) maps
+    pixels of the images, y down. ``confidence`` (0 to 1) is the chance that the evidence gives it. A refused pair
+    says why in ``reason`` and keeps its best candidate; the transform, the pixels and the evidence are None only
+    where nothing was proposed, the evidence also where a method answered as published.
+    """
+
+    target: str
+    source: str
+    accepted: bool
+    confidence: float
+    reason: str | None
+    target_from_source: Similarity2 | None
+    target_from_source_pixels: NDArray[np.float64] | None
+    unit: Unit
+    evidence: Evidence | None
+    covariance: NDArray[np.float64] | None = None
+    alternatives: tuple[Alternative, ...] = ()
+    decided_by: DecidedBy = "pair"
+    pair_reason: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.covariance is not None:
+            object.__setattr__(self, "covariance", frozen_array(self.covariance, np.float64))
+        if self.target_from_source_pixels is not None:
+            pixels = frozen_array(self.target_from_source_pixels, np.float64)
+            object.__setattr__(self, "target_from_source_pixels", pixels)
+
+
+@dataclass(frozen=True, eq=False)
+class MergedGroup:
+    """Maps that were joined: ``reference_from_map`` holds their transforms, metric as in ``PairResult``, the
+    reference's own identity among them; ``merged`` lies in the reference map's frame, ``conflicts`` on the same cells
+    (``Fused``)."""
+
+    reference: str
+    reference_from_map: Mapping[str, Similarity2]
+    merged: OccupancyGrid
+    conflicts: OccupancyGrid
+
+
+@dataclass(frozen=True, eq=False)
+class MergeResult:
+    """The answer for a team.
+
+    ``pairs`` holds one answer per unordered pair. ``groups`` are the maps that were joined, each map in one of them,
+    that of the reference first, else the largest. What follows is told of the first group; ``left_out`` says of every
+    map outside it why. ``confidence_calibrated`` is False while a confidence only orders answers and is no probability.
+    """
+
+    names: tuple[str, ...]
+    pairs: tuple[PairResult, ...]
+    groups: tuple[MergedGroup, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    confidence_calibrated: bool = False
+
+    @property
+    def reference(self) -> str:
+        return self.groups[0].reference
+
+    @property
+    def reference_from_map(self) -> Mapping[str, Similarity2]:
+        return self.groups[0].reference_from_map
+
+    @property
+    def merged(self) -> OccupancyGrid:
+        return self.groups[0].merged

@@ -1,0 +1,44 @@
+"""``mapquilt thesis``: the study of Chen 2021 again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mapquilt.cli.tables import print_table
+from mapquilt.jobs.progress import count_progress
+from reproductions.chen2021.files import TABLE_FILE, write_study
+from reproductions.chen2021.make import StudySpec, make_study
+from reproductions.chen2021.methods import study_methods
+from reproductions.chen2021.overlaps import true_overlaps
+from reproductions.chen2021.table import terminal_table
+from reproductions.chen2021.tally import tallies
+
+
+def thesis(
+    out: Annotated[Path, typer.Option(help="Folder to write, or to go on with after an interruption.")],
+    seeds: Annotated[int, typer.Option(help="Missions and maps of each case; the study has 20.")] = 20,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(
+            help=f"Only these: {', '.join(each.title for each in study_methods())}. Repeatable; default: all of them."
+        ),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = 2,
+) -> int:
+    """Reproduce chapters 3 to 6 of Chen (2021): tables, with the thesis's own values beside, and pictures.
+
+    An answer is right within 10 cells, 5 degrees and 5 % of scale. Killed, the same command goes on. See
+    docs/thesis.md.
+    """
+    spec = StudySpec(seeds) if method is None else StudySpec(seeds, tuple(method))
+    with count_progress("missions with all their answers") as on_progress:
+        study = make_study(spec, out, workers, on_progress)
+    counted = tallies(study, true_overlaps(out, spec.seeds))
+    with count_progress("pictures") as on_progress:
+        write_study(out, study, counted, on_progress)
+    print_table(terminal_table(counted))
+    print_table(f"{out}: {len(study.answers)} answers; see {out / TABLE_FILE}")
+    return 0

@@ -1,0 +1,208 @@
+"""The maps of a seed, and for each case what the two pipelines make of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.resampling import resampled
+from mapquilt.merging.morphology_steps import Settled, corrected_maps, settled
+from mapquilt.viz.match_picture import draw_matches
+from mapquilt.viz.palette import INK, ROBOTS, WALL, picture
+from merge.literature.chen2021.morphology import CorrectedMap
+from merge.literature.chen2021.sift import Features, Sift
+from merge.pair.feature_cache import MARGIN_CELLS
+from merge.preparation.map_image import pixels_from_cells, trinary_picture
+from merge.preparation.prepared_map import Chart
+from reproductions.chen2021.answers import StudyAnswer
+from reproductions.chen2021.cases import Case, Place
+from reproductions.chen2021.make import Study
+from reproductions.chen2021.methods import SCALE
+from reproductions.chen2021.missions import DrawnMap
+from reproductions.chen2021.verdict import CORRECTED, PLAIN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DPI = 110
+PANEL_INCHES = 3.3
+NEAR_CELLS = 5.0
+"""Matches count as agreeing with the truth within so many cells of the coarser map."""
+
+
+def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
+    """Every map, and the corrected one below it."""
+    from matplotlib.figure import Figure
+
+    corrected = corrected_maps([drawn.grid for drawn in maps.values()])
+    figure = Figure(figsize=(2.6 * len(maps), 5.6), dpi=DPI, layout="constrained")
+    axes = figure.subplots(2, len(maps), squeeze=False)
+    for column, (name, drawn, found) in enumerate(zip(maps, maps.values(), corrected, strict=True)):
+        axes[0, column].imshow(picture(drawn.grid), origin="lower", interpolation="antialiased")
+        rows, cols = drawn.grid.frame.shape
+        _titled(axes[0, column], name, f"{cols} x {rows} cells of {drawn.grid.frame.resolution:g} m")
+        structure = found.correction.structure
+        axes[1, column].imshow(visible(structure, max(structure.shape)), cmap="gray", interpolation="antialiased")
+        told = f"L = {found.correction.half}, {len(found.corners)} corners"
+        _titled(axes[1, column], "corrected", told)
+    figure.suptitle(f"The {place}: maps of one seed, and what the correction makes of them", fontsize=11, color=INK)
+    return figure
+
+
+def case_figure(case: Case, maps: Mapping[str, DrawnMap], study: Study, seed: int) -> Figure:
+    """Matches before and after the correction, and the merged maps with their acceptance index."""
+    from matplotlib.figure import Figure
+
+    grids = [maps[name].grid for name in case.maps]
+    truth = Similarity2.from_se2(maps[case.maps[0]].world_from_map.inverse() @ maps[case.maps[1]].world_from_map)
+    figure = Figure(figsize=(4.0 * PANEL_INCHES, 2.6 * PANEL_INCHES), dpi=DPI, layout="constrained")
+    axes = figure.subplots(2, 2, width_ratios=(2.0, 1.0))
+    _draw_before(axes[0, 0], grids, truth)
+    _draw_after(axes[1, 0], grids, truth)
+    for row, method in enumerate((PLAIN, CORRECTED)):
+        answer = _answer(study, case, method, seed)
+        place = None if answer is None or answer.transform is None else Similarity2(*answer.transform)
+        _draw_merged(axes[row, 1], grids, place)
+        _titled(axes[row, 1], method, _told(answer))
+    figure.suptitle(f"{case.title}; seed {seed}", fontsize=12, color=INK, fontweight="bold")
+    return figure
+
+
+def _answer(study: Study, case: Case, method: str, seed: int) -> StudyAnswer | None:
+    found = [a for a in study.answers if (a.case, a.method, a.seed) == (case.name, method, seed)]
+    return found[0] if found else None
+
+
+def _told(answer: StudyAnswer | None) -> str:
+    if answer is None:
+        return "did not run"
+    if answer.index is None or answer.true_index is None or answer.displacement_cells is None:
+        return "no answer" if answer.transform is None else "wrong: the maps have no cell in common"
+    outcome = "right" if answer.right else "wrong"
+    indices = f"AI {answer.index:.3f}, at the truth {answer.true_index:.3f}"
+    return f"{outcome}, off by {answer.displacement_cells:.1f} cells; {indices}"
+
+
+def _draw_before(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) -> None:
+    method = Sift.as_published()
+    charts = [_chart(grid) for grid in grids]
+    features: list[Features] = [method.describe(chart) for chart in charts]
+    there, here = method.matched(features[0], features[1])
+    near = _near(charts, grids, there, here, truth)
+    pictures = trinary_picture(charts[0].grid), trinary_picture(charts[1].grid)
+    draw_matches(axes, pictures, (_pixels(charts[0], there), _pixels(charts[1], here)), near)
+    _titled(axes, "before: SIFT on the maps", f"{len(near)} matches, {int(near.sum())} of them near the truth (green)")
+
+
+def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) -> None:
+    corrected = corrected_maps(grids)
+    ratio = grids[1].frame.resolution / grids[0].frame.resolution
+    found: tuple[Settled, ...] = settled(corrected[0], corrected[1], SCALE.times(ratio))
+    there, here = (each.correction.structure for each in corrected)
+    longest = max(*there.shape, *here.shape)
+    structures = visible(there, longest), visible(here, longest)
+    if not found:
+        nothing = np.empty((0, 2))
+        draw_matches(axes, structures, (nothing, nothing), np.empty(0, dtype=bool))
+        _titled(axes, "after: corners of the corrected maps", "too few agree")
+        return
+    best = found[0].agreement
+    near = _near([_chart(grid) for grid in grids], grids, *_corners(corrected, best.target, best.source), truth)
+    points = corrected[0].correction.corners[best.target], corrected[1].correction.corners[best.source]
+    draw_matches(axes, structures, points, near)
+    before, after = (("-" if index is None else f"{index:.3f}") for index in (found[0].index_before, found[0].index))
+    told = f"{len(near)} agree, {int(near.sum())} of them near the truth; AI {before}, after ICP {after}"
+    _titled(axes, "after: corners of the corrected maps", told)
+
+
+def _corners(
+    corrected: Sequence[CorrectedMap], target: NDArray[np.intp], source: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return corrected[0].corners[target], corrected[1].corners[source]
+
+
+def _chart(grid: OccupancyGrid) -> Chart:
+    cropped = grid.cropped(MARGIN_CELLS)
+    return Chart(OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds))
+
+
+def _pixels(chart: Chart, cells: NDArray[np.float64]) -> NDArray[np.float64]:
+    return pixels_from_cells(cells, chart.grid.frame.shape[0])
+
+
+def _near(
+    charts: Sequence[Chart],
+    grids: Sequence[OccupancyGrid],
+    there: NDArray[np.float64],
+    here: NDArray[np.float64],
+    truth: Similarity2,
+) -> NDArray[np.bool_]:
+    """Which matched cells of the charts (M, 2) lie on one another under the truth."""
+    target, source = (grid.cropped(MARGIN_CELLS).frame for grid in grids)
+    metres = [
+        Similarity2.from_se2(frame.origin, frame.resolution).apply(cells)
+        for frame, cells in ((target, there), (source, here))
+    ]
+    allowed = NEAR_CELLS * max(target.resolution, source.resolution)
+    return np.asarray(np.hypot(*(truth.apply(metres[1]) - metres[0]).T) < allowed)
+
+
+def _draw_merged(axes: Axes, grids: Sequence[OccupancyGrid], place: Similarity2 | None) -> None:
+    target, source = grids
+    shown = None if place is None or not 0.02 < place.scale < 50.0 else place
+    frame = _around(target, source, shown)
+    axes.set_facecolor("#d6d9dd")
+    base = OccupancyGrid(frame, resampled(target, Similarity2.identity(), frame, 2))
+    image = picture(base, _rgb(ROBOTS[0]))
+    if shown is not None:
+        other = OccupancyGrid(frame, resampled(source, shown, frame, 2))
+        image[other.free & ~base.occupied] = 255
+        image[other.occupied] = _rgb(ROBOTS[1])
+        image[base.occupied] = _rgb(ROBOTS[0])
+        image[base.occupied & other.occupied] = WALL
+    axes.imshow(image, origin="lower", interpolation="antialiased")
+
+
+def _around(target: OccupancyGrid, source: OccupancyGrid, place: Similarity2 | None) -> GridFrame:
+    """What the target and the source placed on it know, and a little more; of a source that was put far away or blown
+    up no more than so much beyond the target."""
+    frame = target.cropped().frame
+    low, high = np.zeros(2), np.array(frame.shape, dtype=float)
+    beyond = 1.5 * max(frame.shape)
+    if place is not None:
+        cells = np.argwhere(source.known)[::7]
+        there = frame.cells_from_metres(place.apply(source.frame.metres_from_cells(cells)))
+        low = np.maximum(np.minimum(low, there.min(axis=0)), -beyond)
+        high = np.minimum(np.maximum(high, there.max(axis=0)), high + beyond)
+    margin = round(0.06 * float((high - low).max()))
+    first, last = np.floor(low).astype(int) - margin, np.ceil(high).astype(int) + margin
+    rows, cols = (last - first).tolist()
+    return frame.window((int(first[0]), int(first[1])), (rows, cols))
+
+
+def visible(structure: NDArray[np.uint8], longest: int) -> NDArray[np.uint8]:
+    """Lines of one pixel, made wide enough to be seen where pictures that are so long are shown smaller."""
+    width = 2 * (longest // 500) + 1
+    return cv2.dilate(structure, np.ones((width, width), np.uint8)).astype(np.uint8)
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return red, green, blue
+
+
+def _titled(axes: Axes, name: str, details: str) -> None:
+    axes.set_title(f"{name}\n", loc="left", fontsize=10, fontweight="bold", color=INK)
+    axes.text(0.0, 1.015, details, transform=axes.transAxes, fontsize=8, color=INK)
+    axes.set(xticks=[], yticks=[], anchor="NW")
+    for spine in axes.spines.values():
+        spine.set_color("#d0d4d9")

@@ -1,0 +1,150 @@
+"""The study as tables, to read and for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from mapquilt.cli.tables import plain_table
+from mapquilt.evaluation.intervals import Share
+from reproductions.chen2021.cases import CASES, Case
+from reproductions.chen2021.make import Study
+from reproductions.chen2021.tally import CaseTally
+from reproductions.chen2021.verdict import CORRECTED, PLAIN, compared, remark
+
+HOUSE = "quilt"
+MISSING = "-"
+
+
+def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
+    """The whole report."""
+    parts = [
+        "# Chen (2021), again",
+        f"Seeds a case: {study.spec.seeds}. An answer is right within 10 cells, 5 degrees and 5 % of scale. Shares "
+        "come with Wilson's 95 % interval, the acceptance index (AI) is a median, on the original rasters. Beside each "
+        "stands what the thesis's own scripts measure on its author's own maps.",
+        "## The two pipelines as published",
+        compact(counted),
+        "## Where the correction helps, and where not",
+        remarks(counted),
+        "## Every method",
+        "Right, %, and in brackets how many of the other answers were accepted. `as published` a method decides for "
+        "itself; the others go through the common judge.",
+        overview(study.spec.methods, counted),
+        "## Every method, case by case",
+        "Errors are medians of the right answers, of the three robots together the greatest of any two; seconds are "
+        "medians of the processor time of a pair, or of all that the three take.",
+        *(_of_case(case, counted) for case in CASES),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def compact(counted: Sequence[CaseTally]) -> str:
+    """Thesis and study side by side, a line a case, for the two pipelines and the method of the house."""
+    head = ("case", "differs by", "overlap", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "AI SIFT")
+    with_house = any(one.method == HOUSE for one in counted)
+    rows = [(*head, "AI corrected", "AI at the truth", *((f"{HOUSE} %",) if with_house else ()))]
+    for case in CASES:
+        found = compared(counted, case.name)
+        if found is None:
+            continue
+        plain, corrected = found
+        measured = case.measured
+        house = [one for one in counted if (one.case.name, one.method) == (case.name, HOUSE)]
+        rows.append(
+            (
+                case.name,
+                case.differs,
+                _percent(plain.overlap),
+                MISSING if measured is None else measured.told_plain,
+                _share(plain.right),
+                MISSING if measured is None else measured.told_corrected,
+                _share(corrected.right),
+                _number(plain.index, 3) + ("" if measured is None else f" ({measured.plain_index:.3f})"),
+                _number(corrected.index, 3),
+                _number(plain.true_index, 3) + ("" if measured is None else f" ({measured.true_index:.3f})"),
+                *(_share(one.right) for one in house),
+            )
+        )
+    return _rows(rows) + "\n\nIn brackets beside an AI: the thesis's."
+
+
+def remarks(counted: Sequence[CaseTally]) -> str:
+    """A line on each case where both pipelines ran."""
+    pairs = [found for case in CASES if (found := compared(counted, case.name)) is not None]
+    told = [f"- {remark(plain, corrected)}" for plain, corrected in pairs]
+    return "\n".join(told) if told else f"`{PLAIN}` or `{CORRECTED}` did not run."
+
+
+def overview(methods: Sequence[str], counted: Sequence[CaseTally]) -> str:
+    """A line a method, a column a case: per cent right, and wrong accepts where there are any."""
+    by_place = {(one.case.name, one.method): one for one in counted}
+    head = ("method", *(case.name for case in CASES))
+    rows = [(method, *(_at_a_glance(by_place[case.name, method]) for case in CASES)) for method in methods]
+    return _rows([head, *rows])
+
+
+def _at_a_glance(one: CaseTally) -> str:
+    wrong = f" ({one.wrong_accepts})" if one.wrong_accepts else ""
+    return f"{100 * one.right.value:.0f}{wrong}"
+
+
+HEAD = ("method", "right %", "right and accepted %", "wrong accepts", "deg", "%", "cells", "AI", "AI at the truth", "s")
+
+
+def _of_case(case: Case, counted: Sequence[CaseTally]) -> str:
+    rows = [HEAD] + [_row(one) for one in counted if one.case.name == case.name]
+    return f"### {case.title}\n\n" + _rows(rows)
+
+
+def _row(one: CaseTally) -> tuple[str, ...]:
+    return (
+        one.method,
+        _share(one.right),
+        _share(one.right_and_accepted),
+        str(one.wrong_accepts),
+        _number(one.rotation_deg, 2),
+        _number(one.scale_percent, 2),
+        _number(one.displacement_cells, 1),
+        _number(one.index, 3),
+        _number(one.true_index, 3),
+        f"{one.seconds:.2f}",
+    )
+
+
+def _rows(rows: Sequence[Sequence[str]]) -> str:
+    rule = ["---", *("---:" for _ in rows[0][1:])]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (rows[0], rule, *rows[1:]))
+
+
+def _share(share: Share) -> str:
+    return f"{100 * share.value:.0f} [{100 * share.interval.low:.0f}, {100 * share.interval.high:.0f}]"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return MISSING if value is None else f"{value:.{digits}f}"
+
+
+SHOWN = (PLAIN, CORRECTED, "sift", "morphology", HOUSE)
+"""Methods that the terminal has room for."""
+
+
+def terminal_table(counted: Sequence[CaseTally]) -> Table:
+    """Shares right by case, in per cent: of the thesis, and of the methods that there is room for."""
+    shown = [method for method in SHOWN if any(one.method == method for one in counted)]
+    head = ("overlap", "thesis: SIFT", "thesis: corrected", *shown)
+    table = plain_table(("right [%]", False), *((name, True) for name in head))
+    by_place = {(one.case.name, one.method): one for one in counted}
+    for case in CASES:
+        overlap = next(one.overlap for one in counted if one.case == case)
+        told = (MISSING, MISSING)
+        if case.measured is not None:
+            told = (case.measured.told_plain, case.measured.told_corrected)
+        shares = (f"{100 * by_place[case.name, method].right.value:.0f}" for method in shown)
+        table.add_row(case.name, _percent(overlap), *told, *shares)
+    return table
+
+
+def _percent(share: float | None) -> str:
+    return MISSING if share is None else f"{100 * share:.0f} %"

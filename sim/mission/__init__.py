@@ -1,0 +1,1 @@
+"""Missions: settings, starts, the simulation loop, storage, overlap and coverage."""

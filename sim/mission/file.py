@@ -1,0 +1,140 @@
+"""A mission on disk."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.se2 import SE2
+from mapping.io.atomic import write_bytes_aside
+from mapping.io.npz_file import load_npz, save_npz
+from mapping.io.safe_load import read_json
+from mapping.robot.robot_log import RobotTruth
+from mapping.robot.scan import LidarScan
+from mapping.robot.trajectory import Trajectory
+from sim.mission.mission import Mission
+from sim.mission.robot import RobotSettings
+from sim.mission.settings import MissionSettings
+from sim.physics.drive import DriveLimits
+from sim.sensors.lidar import Lidar
+from sim.sensors.lidar_presets import lidar_preset
+from worlds.world import World
+from worlds.world_file import world_from_json, world_to_json
+
+SCHEMA_VERSION = 2
+
+_FIELDS = {"schema", "version", "seed", "touches", "settings"}
+
+
+def save_mission(mission: Mission, folder: Path) -> None:
+    """Write ``world.json``, ``mission.json`` and one ``robot_<i>.npz`` a robot into the folder, made where missing.
+
+    Equal missions give equal bytes. Raises ``OSError`` where the folder cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    record = {
+        "schema": "mapquilt/mission",
+        "version": SCHEMA_VERSION,
+        "seed": mission.seed,
+        "touches": list(mission.touches),
+        "settings": asdict(mission.settings),
+    }
+    _write_json(folder / "world.json", world_to_json(mission.world))
+    _write_json(folder / "mission.json", record)
+    for index, truth in enumerate(mission.robots):
+        arrays = {
+            "stamps": truth.trajectory.stamps,
+            "world_from_base": truth.trajectory.poses,
+            "ranges": np.array([scan.ranges for scan in truth.scans]),
+            "hits_robot": truth.hits_robot,
+        }
+        save_npz(folder / f"robot_{index}.npz", arrays)
+
+
+def load_mission(folder: Path) -> Mission:
+    """The mission of ``save_mission``, bit for bit.
+
+    Raises ``OSError`` where a file is missing, ``ValueError`` naming the file where one cannot be understood.
+    """
+    world_path, path = folder / "world.json", folder / "mission.json"
+    try:
+        world = world_from_json(_read_record(world_path))
+    except ValueError as error:
+        raise ValueError(f"{world_path}: {error}") from error
+    record = _read_record(path)
+    if record.get("schema") != "mapquilt/mission" or record.get("version") != SCHEMA_VERSION:
+        raise ValueError(f"{path}: is no mapquilt/mission of version {SCHEMA_VERSION}")
+    try:
+        _check_fields(record)
+        settings = _settings(record["settings"])
+        seed, touches = _count("seed", record["seed"]), tuple(_count("touches", each) for each in record["touches"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: malformed: {error}") from error
+    robots = tuple(
+        _load_robot(folder / f"robot_{k}.npz", robot.lidar, world) for k, robot in enumerate(settings.robots)
+    )
+    return Mission(world, robots, seed, settings, touches)
+
+
+def _check_fields(record: dict[str, Any]) -> None:
+    for name in sorted(record.keys() ^ _FIELDS):
+        raise ValueError(f"the field {name[:100]!r} is {'missing' if name in _FIELDS else 'unknown'}")
+
+
+def _count(name: str, value: Any) -> int:
+    if type(value) is not int or value < 0:
+        raise ValueError(f"{name} is {value!r}, must be an integer that is not negative")
+    return value
+
+
+def _settings(record: dict[str, Any]) -> MissionSettings:
+    robots = [_robot(each) for each in record["robots"]]
+    return MissionSettings(**{**record, "robots": robots})
+
+
+def _robot(record: dict[str, Any]) -> RobotSettings:
+    lidar = Lidar(**{**record["lidar"], "base_from_lidar": SE2(**record["lidar"]["base_from_lidar"])})
+    lidar_preset(lidar.model)
+    start = None if record["start"] is None else SE2(**record["start"])
+    return RobotSettings(**{**record, "lidar": lidar, "limits": DriveLimits(**record["limits"]), "start": start})
+
+
+def _load_robot(path: Path, lidar: Lidar, world: World) -> RobotTruth:
+    arrays = load_npz(path, ("stamps", "world_from_base", "ranges", "hits_robot"))
+    try:
+        _check_arrays(arrays, lidar, world)
+        trajectory = Trajectory(arrays["stamps"], arrays["world_from_base"])
+        scans = tuple(
+            LidarScan(float(stamp), lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, sweep)
+            for stamp, sweep in zip(trajectory.stamps, arrays["ranges"], strict=True)
+        )
+        return RobotTruth(scans, trajectory, arrays["hits_robot"], lidar.base_from_lidar)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _check_arrays(arrays: dict[str, NDArray[Any]], lidar: Lidar, world: World) -> None:
+    for name, array in arrays.items():
+        if array.dtype.kind not in "fiub":
+            raise ValueError(f"{name} is of type {array.dtype}")
+    if arrays["ranges"].ndim != 2 or arrays["ranges"].shape[1] != lidar.beams:
+        raise ValueError(f"ranges has shape {arrays['ranges'].shape}, but the lidar has {lidar.beams} beams")
+    places = arrays["world_from_base"][..., :2]
+    if not ((places >= 0.0) & (places <= world.size)).all():
+        raise ValueError(f"world_from_base leaves the world's {world.size[0]:g} x {world.size[1]:g} m")
+
+
+def _write_json(path: Path, record: dict[str, Any]) -> None:
+    write_bytes_aside(path, (json.dumps(record, indent=1, sort_keys=True) + "\n").encode())
+
+
+def _read_record(path: Path) -> dict[str, Any]:
+    record = read_json(path)
+    if not isinstance(record, dict):
+        raise ValueError(f"{path}: holds no JSON object")
+    return record

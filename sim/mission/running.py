@@ -1,0 +1,135 @@
+"""The loop of a mission: time moves on, robots scan, and each decides what to do next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.se2 import SE2
+from mapping.robot.robot_log import RobotTruth
+from mapping.robot.scan import LidarScan
+from mapping.robot.trajectory import Trajectory
+from sim.mission.robot import RobotSettings
+from sim.physics.bodies import Command
+from sim.physics.bullet import BulletScene
+from sim.physics.drive import Drive
+from sim.physics.stopwatch import Stopwatch
+from sim.sensors.lidar import Lidar
+
+PHYSICS_STEP: dict[Drive, float] = {"velocity": 0.01, "wheels": 1.0 / 240.0}
+"""Longest time step of the physics [s]."""
+
+
+class Mover(Protocol):
+    """What moves the team between two scans."""
+
+    def advance(self, start: float, seconds: float, commands: Sequence[Command]) -> NDArray[np.bool_]:
+        """Let that time pass from ``start`` [s] on; which robots touched something, (robots,)."""
+
+    def decide(self, robot: int, scan: LidarScan, world_from_base: SE2) -> Command:
+        """What a robot does from its scan until the next."""
+
+
+class Driver(Protocol):
+    """What ``Pilot`` does."""
+
+    def command(self, scan: LidarScan, world_from_base: SE2) -> Command:
+        """The (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""
+
+
+class Driven:
+    """Bodies move by physics as their drivers command."""
+
+    def __init__(self, scene: BulletScene, drive: Drive, drivers: Sequence[Driver], stopwatch: Stopwatch) -> None:
+        self._scene, self._step = scene, PHYSICS_STEP[drive]
+        self._drivers, self._stopwatch = drivers, stopwatch
+
+    def advance(self, start: float, seconds: float, commands: Sequence[Command]) -> NDArray[np.bool_]:
+        """Step the physics; see ``Mover``."""
+        steps = math.ceil(seconds / self._step - 1e-9)
+        with self._stopwatch.on("physics"):
+            return self._scene.advance(commands, seconds / steps, steps)
+
+    def decide(self, robot: int, scan: LidarScan, world_from_base: SE2) -> Command:
+        """Ask the robot's driver."""
+        return self._drivers[robot].command(scan, world_from_base)
+
+
+class Recorder:
+    """Collects what happens to one robot."""
+
+    def __init__(self, lidar: Lidar) -> None:
+        self._lidar = lidar
+        self._scans: list[LidarScan] = []
+        self._poses: list[tuple[float, float, float]] = []
+        self._hits_robot: list[NDArray[np.bool_]] = []
+        self.touches = 0
+
+    def add(self, scan: LidarScan, pose: SE2, hits_robot: NDArray[np.bool_]) -> None:
+        """Note a scan, where it was taken, and which of its beams ended on a robot."""
+        self._scans.append(scan)
+        self._poses.append((pose.x, pose.y, pose.yaw))
+        self._hits_robot.append(hits_robot)
+
+    def truth(self) -> RobotTruth:
+        """All that was noted."""
+        stamps = np.array([scan.stamp for scan in self._scans])
+        trajectory = Trajectory(stamps, np.array(self._poses))
+        return RobotTruth(tuple(self._scans), trajectory, np.array(self._hits_robot), self._lidar.base_from_lidar)
+
+
+def run_team(
+    scene: BulletScene,
+    robots: Sequence[RobotSettings],
+    duration: float,
+    mover: Mover,
+    stopwatch: Stopwatch,
+    on_progress: Callable[[float], None] | None = None,
+) -> tuple[Recorder, ...]:
+    """What happens to each robot in ``duration`` seconds. Each scans at its lidar's own rate, from 0 s on.
+
+    Scans fall due at whole multiples of the periods, in fractions, so that equal rates keep step for ever.
+    """
+    recorders = tuple(Recorder(robot.lidar) for robot in robots)
+    periods = [1 / Fraction(robot.lidar.rate) for robot in robots]
+    wanted = [robot.scans(duration) for robot in robots]
+    taken = [0] * len(robots)
+    commands: list[Command] = [(0.0, 0.0)] * len(robots)
+    touched = np.zeros(len(robots), dtype=np.bool_)
+    now = Fraction(0)
+    while True:
+        for robot, recorder in enumerate(recorders):
+            if taken[robot] < wanted[robot] and taken[robot] * periods[robot] == now:
+                stamp = taken[robot] / robots[robot].lidar.rate
+                commands[robot] = _look(scene, robot, robots[robot].lidar, stamp, recorder, mover, stopwatch)
+                recorder.touches += int(touched[robot])
+                touched[robot] = False
+                taken[robot] += 1
+        if on_progress is not None:
+            on_progress(float(now))
+        due = [taken[k] * periods[k] for k in range(len(robots)) if taken[k] < wanted[k]]
+        if not due:
+            return recorders
+        touched |= mover.advance(float(now), float(min(due) - now), commands)
+        now = min(due)
+
+
+def _look(
+    scene: BulletScene,
+    robot: int,
+    lidar: Lidar,
+    stamp: float,
+    recorder: Recorder,
+    mover: Mover,
+    stopwatch: Stopwatch,
+) -> Command:
+    with stopwatch.on("rays"):
+        distances, hits_robot = scene.cast(robot, lidar)
+    scan, pose = lidar.scan(stamp, distances), scene.pose(robot)
+    recorder.add(scan, pose, hits_robot & scan.returned)
+    return mover.decide(robot, scan, pose)

@@ -1,0 +1,86 @@
+"""What a mission is to be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from sim.mission.robot import RobotSettings
+from sim.mission.starts import STARTS, Starts
+from sim.physics.bullet import MAX_ROBOTS
+from sim.physics.drive import DRIVES, Drive
+
+PolicyName = Literal["explore", "tour", "replay"]
+"""explore: drive to where most is unknown; tour: patrol between goals; replay: follow given trajectories."""
+
+POLICIES: tuple[str, ...] = get_args(PolicyName)
+
+
+LONGEST = 86_400.0
+"""The longest mission [s]: a day."""
+
+
+@dataclass(frozen=True, init=False)
+class MissionSettings:
+    """``robots``, as many equal ones or each by its settings, drive for ``duration`` seconds.
+
+    ``starts`` says where those begin that have no start of their own, ``drive`` what they move on, ``policy`` where
+    they go: on a tour to the ``goals``, x, y [m], in turn, each robot beginning with another one, or to goals of its
+    own drawing where there are none. ``overlap`` is the least and the greatest share that the true footprints of any
+    two robots are to have in common.
+
+    Raises ``ValueError`` naming the field and its value.
+    """
+
+    robots: tuple[RobotSettings, ...]
+    duration: float
+    starts: Starts
+    drive: Drive
+    policy: PolicyName
+    goals: tuple[tuple[float, float], ...]
+    overlap: tuple[float, float] | None
+
+    def __init__(
+        self,
+        robots: int | Sequence[RobotSettings] = 3,
+        duration: float = 120.0,
+        starts: Starts = "random",
+        drive: Drive = "velocity",
+        policy: PolicyName = "explore",
+        goals: Sequence[tuple[float, float]] = (),
+        overlap: tuple[float, float] | None = None,
+    ) -> None:
+        count = robots if isinstance(robots, int) else len(robots)
+        if not 1 <= count <= MAX_ROBOTS:
+            raise ValueError(f"MissionSettings: robots is {count}, must lie between 1 and {MAX_ROBOTS}")
+        team = (RobotSettings(),) * robots if isinstance(robots, int) else tuple(robots)
+        object.__setattr__(self, "robots", team)
+        object.__setattr__(self, "duration", float(duration))
+        object.__setattr__(self, "starts", starts)
+        object.__setattr__(self, "drive", drive)
+        object.__setattr__(self, "policy", policy)
+        object.__setattr__(self, "goals", tuple((float(x), float(y)) for x, y in goals))
+        object.__setattr__(self, "overlap", None if overlap is None else (float(overlap[0]), float(overlap[1])))
+        self._check()
+
+    def _check(self) -> None:
+        if not 0.0 < self.duration <= LONGEST:
+            raise ValueError(
+                f"MissionSettings: duration is {self.duration}, must be positive and at most {LONGEST:g} s"
+            )
+        for name, known in (("starts", STARTS), ("drive", DRIVES), ("policy", POLICIES)):
+            if getattr(self, name) not in known:
+                raise ValueError(f"MissionSettings: {name} is {getattr(self, name)!r}, must be {', '.join(known)}")
+        if self.goals and self.policy != "tour":
+            raise ValueError(f"MissionSettings: goals are for the policy tour, not for {self.policy}")
+        for goal in self.goals:
+            if not all(math.isfinite(number) for number in goal):
+                raise ValueError(f"MissionSettings: goals holds {goal}, must be finite")
+        if self.overlap is not None:
+            low, high = self.overlap
+            if not 0.0 <= low < high <= 1.0:
+                raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, must be LO:HI with 0 <= LO < HI <= 1")
+            if len(self.robots) < 2:
+                raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, must be of at least two robots")

@@ -1,0 +1,53 @@
+"""Ways through what a robot has mapped so far."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from skimage.graph import MCP_Geometric
+
+from mapping.grid.occupancy_grid import OccupancyGrid
+
+COMFORT = 0.5
+"""Cells nearer than this to a wall [m] cost more, so that paths keep to the middle of doors and corridors."""
+NEAR_WALL_COST = 4.0
+ESCAPE = 0.35
+"""Free cells this near to the robot [m] are passable even beside a wall, or a tight spot would have no way out."""
+
+
+class Routes:
+    """The cheapest paths from ``start``, (2,) [m] in the map, over the grid's free cells for a robot of ``radius`` [m].
+
+    Walls are inflated by the radius and a cell; unknown cells are closed. ``costs`` (rows, cols) holds the cost to
+    each cell in metres, more near walls, and +inf where no path leads.
+    """
+
+    def __init__(self, grid: OccupancyGrid, start: NDArray[np.float64], radius: float) -> None:
+        self.frame = grid.frame
+        resolution = grid.frame.resolution
+        if grid.occupied.any():
+            to_wall = ndimage.distance_transform_edt(~grid.occupied) * resolution
+        else:
+            to_wall = np.full(grid.frame.shape, math.inf)
+        price = 1.0 + NEAR_WALL_COST * np.maximum(0.0, 1.0 - to_wall / COMFORT)
+        open_cells = grid.free & ((to_wall > radius + resolution) | (grid.free & _disc(grid, start, ESCAPE)))
+        start_cell = np.clip(grid.frame.cells_from_metres(start), 0, np.array(grid.frame.shape) - 1)
+        open_cells[tuple(start_cell)] = True
+        self._search = MCP_Geometric(np.where(open_cells, price, -1.0))
+        costs, _ = self._search.find_costs([tuple(start_cell.tolist())])
+        self.costs: NDArray[np.float64] = costs * resolution
+
+    def path_to(self, cell: NDArray[np.int64]) -> NDArray[np.float64]:
+        """The path from the start to a reachable cell, (2,), as points in the map [m], (N, 2)."""
+        return self.frame.metres_from_cells(self._search.traceback(tuple(cell.tolist())))
+
+
+def _disc(grid: OccupancyGrid, centre: NDArray[np.float64], radius: float) -> NDArray[np.bool_]:
+    cell = grid.frame.cells_from_metres(centre)
+    reach = radius / grid.frame.resolution
+    rows, cols = np.ogrid[: grid.frame.shape[0], : grid.frame.shape[1]]
+    inside: NDArray[np.bool_] = (rows - cell[0]) ** 2 + (cols - cell[1]) ** 2 <= reach**2
+    return inside

@@ -1,0 +1,1 @@
+"""The physics engine, the robot bodies and their drives."""

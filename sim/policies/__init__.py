@@ -1,0 +1,1 @@
+"""Policies: which goal a robot drives to next."""

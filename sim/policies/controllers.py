@@ -1,0 +1,45 @@
+"""Who drives the robots of a mission."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from mapping.geometry.se2 import SE2
+from mapping.seeds import Role, stream
+from sim.mission.settings import MissionSettings
+from sim.navigation.navigator import Pilot
+from sim.physics.stopwatch import Stopwatch
+from sim.policies.explore import Exploration
+from sim.policies.patrol import Tour, check_goals, draw_goals, floor_plan
+from sim.policies.policy import Policy
+from worlds.world import World
+
+
+def make_pilots(
+    world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int, stopwatch: Stopwatch
+) -> list[Pilot]:
+    """A pilot for each robot, with the policy of the mission. Raises ``ValueError`` naming a goal out of reach."""
+    tours = settings.policy == "tour"
+    policies = make_tours(world, settings, starts, seed) if tours else _explorations(settings, starts)
+    return [
+        Pilot(robot, rank, policy, stopwatch, world.fence)
+        for rank, (robot, policy) in enumerate(zip(settings.robots, policies, strict=True))
+    ]
+
+
+def _explorations(settings: MissionSettings, starts: Sequence[SE2]) -> list[Policy]:
+    """Robots that begin close together are each sent off to a side of their own."""
+    count = len(settings.robots)
+    sides = [starts[0].yaw + math.tau * rank / count if settings.starts == "close" else None for rank in range(count)]
+    return [Exploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
+
+
+def make_tours(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Tour]:
+    """A tour for each robot. Raises ``ValueError`` naming a goal out of reach."""
+    plan = floor_plan(world)
+    check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots))
+    return [
+        Tour(plan, settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius), rank)
+        for rank, (robot, start) in enumerate(zip(settings.robots, starts, strict=True))
+    ]

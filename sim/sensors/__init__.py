@@ -1,0 +1,1 @@
+"""Lidar and odometry models, and their noise as pure functions of a clean mission."""

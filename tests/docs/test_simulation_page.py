@@ -1,0 +1,121 @@
+"""docs/simulation.md tells of robots and missions as they are, and its examples work."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mapquilt.cli.robots_file import FIELDS
+from sim.mission.robot import RobotSettings
+from sim.mission.running import PHYSICS_STEP
+from sim.mission.settings import POLICIES, MissionSettings
+from sim.mission.starts import STARTS
+from sim.navigation import navigator as pilot
+from sim.navigation import right_of_way as give_way
+from sim.navigation import routes, steering, stuck
+from sim.physics import bodies, bullet
+from sim.physics.drive import DRIVES, DriveLimits
+from sim.policies import explore
+from sim.policies import patrol as tour
+from tests.conftest import command
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "simulation.md").read_text(encoding="utf-8")
+TOLD = " ".join(PAGE.split())
+BLOCKS = [re.sub(r"^    ", "", each, flags=re.MULTILINE) for each in re.findall(r"(?:^    .*\n)+", PAGE, re.MULTILINE)]
+FILES = {name: block for block in BLOCKS for name in re.findall(r"\A# ([\w.]+)", block)}
+COMMANDS = [shlex.split(line) for line in re.findall(r"^    mapquilt (.*)$", PAGE, re.MULTILINE)]
+ROWS = [
+    [cell.strip().strip("`") for cell in line.strip("|").split("|")]
+    for line in re.findall(r"^\|.*$", PAGE, re.MULTILINE)
+]
+ELSEWHERE = {"--help", "--width", "--height", "--plan-resolution"}
+"""Options of `simulate` that the page on worlds tells of."""
+
+
+def options(verb: str, capsys: pytest.CaptureFixture[str]) -> set[str]:
+    assert command(verb, "--help") == 0
+    return set(re.findall(r"^  (--[a-z-]+)", capsys.readouterr().out, re.MULTILINE))
+
+
+def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in FILES.items():
+        Path(name).write_text(text, encoding="utf-8")
+    for words in COMMANDS:
+        short = ("--duration", 2) if words[0] == "simulate" else ()
+        assert command(*words, *short) == 0, words
+    assert sorted(FILES) == ["patrol.tum", "team.yaml"]
+    assert {words[0] for words in COMMANDS} == {"simulate", "sense"}
+
+
+def test_its_picture_is_drawn_of_any_run(merged_run: Path, tmp_path: Path) -> None:
+    script = [sys.executable, str(DOCS / "simulation_example.py"), str(merged_run), str(tmp_path / "seen.png")]
+    subprocess.run(script, check=True, cwd=DOCS.parent)
+    assert (tmp_path / "seen.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_its_options_are_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    known = options("simulate", capsys)
+    told = set(re.findall(r"(?<![\w-])(--[a-z][a-z-]*)", PAGE))
+    assert known - told == ELSEWHERE
+    assert told <= known | options("sense", capsys)
+
+
+def test_its_tables_have_every_field_and_every_choice() -> None:
+    names = [row[0] for row in ROWS]
+    assert all(names.count(name) == 1 for name in (*FIELDS, *STARTS, *DRIVES))
+    assert all(f"**`--policy {name}`**" in PAGE for name in POLICIES)
+
+
+@pytest.mark.parametrize("name", ["speed", "turn_rate", "acceleration", "turn_acceleration", "radius"])
+def test_its_defaults_are_the_robots(name: str) -> None:
+    (row,) = (row for row in ROWS if row[0] == name)
+    robot = RobotSettings()
+    assert float(row[3]) == (robot.radius if name == "radius" else getattr(DriveLimits(), name))
+
+
+def test_its_waiting_times_are_those_of_the_rule() -> None:
+    rooms = {
+        "more room than the other": (1.0, 0.5),
+        "as much, within 0.1 m": (0.6, 0.5),
+        "less: the one in the door": (0.4, 0.6),
+    }
+    assert {row[0]: row[1] for row in ROWS if row[0] in rooms} == {
+        who: f"{give_way.patience(*each, 0):g} s" for who, each in rooms.items()
+    }
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        f"1 to {bullet.MAX_ROBOTS}",
+        f"({MissionSettings().duration:g} s)",
+        f"lidars look at {bodies.RAY_HEIGHT:g} m above the ground, walls are {bullet.WALL_HEIGHT:g} m high",
+        f"| {1000 * PHYSICS_STEP['velocity']:g} ms |",
+        f"| 1/{1 / PHYSICS_STEP['wheels']:g} s |",
+        f"friction {bodies.WHEEL_FRICTION:g}, a radius of {bodies.WHEEL_RADIUS:g} robot radii and a track of "
+        f"{bodies.WHEEL_TRACK:g}; the body weighs {bodies.MASS:g} kg, and each motor pushes with at most "
+        f"{bodies.MOTOR_FORCE:g} N",
+        f"counts {explore.PERSISTENCE:g} times",
+        f"nothing to see for {explore.PATIENCE:g} s",
+        f"draws {tour.GOALS} of its own",
+        f"nearer than {routes.COMFORT:g} m to a wall",
+        f"anew every {pilot.REPLAN:g} s",
+        f"over {steering.HORIZON:g} s",
+        f"nearer than {steering.MARGIN:g} m to anything",
+        f"farther than {stuck.STUCK_DISTANCE:g} m and turned no more than {stuck.STUCK_TURN:g} rad in "
+        f"{stuck.STUCK_TIME:g} s",
+        f"without that goal for {pilot.BAN_TIME:g} s",
+        f"nearer than {give_way.NEAR:g} m and within {give_way.AHEAD:g} m of the path",
+        f"up to {give_way.RETREAT:g} m",
+        f"for {pilot.LEAST_ASIDE:g} to {pilot.MOST_ASIDE:g} s until nobody is within {pilot.CLEAR_OF:g} m",
+    ],
+)
+def test_its_numbers_are_those_of_the_code(told: str) -> None:
+    assert told in TOLD

@@ -1,0 +1,146 @@
+"""What `mapquilt merge` can be told about a team, and what it leaves of that."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.io.map_file import load_map, save_map
+from mapquilt.merging.transforms_file import transforms_text
+from tests.conftest import command, hashes
+from tests.mapquilt.cli.test_app import office_map, refused
+from tests.merge.test_merger import team
+
+
+@pytest.fixture(scope="module")
+def maps_of_three(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    maps, _ = team(8, 3)
+    folder = tmp_path_factory.mktemp("three")
+    for name, grid in zip(maps.names, maps.grids, strict=True):
+        save_map(grid, folder / name)
+    return [folder / f"{name}.yaml" for name in maps.names]
+
+
+@pytest.fixture(scope="module")
+def merged_two(maps_of_three: list[Path]) -> Path:
+    out = maps_of_three[0].parent / "out"
+    assert command("merge", *maps_of_three[:2], "--out", out) == 0
+    return out
+
+
+def record(folder: Path) -> dict:
+    return json.loads((folder / "merge.json").read_text())
+
+
+def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_again(
+    maps_of_three: list[Path], merged_two: Path, tmp_path: Path, monkeypatch
+) -> None:
+    matched = []
+    whole = tmp_path / "whole"
+    assert command("merge", *maps_of_three, "--out", whole) == 0
+
+    from merge.multimap import pairs as module
+
+    real = module.match
+    monkeypatch.setattr(module, "match", lambda task, shelf=None: matched.append(task.names) or real(task, shelf))
+    assert command("merge", merged_two, "--add", maps_of_three[2]) == 0
+    assert sorted(matched) == [("a", "c"), ("b", "c")]
+    added, at_once = record(merged_two), record(whole)
+    assert [pair["target_from_source"] for pair in added["pairs"]] == [
+        pair["target_from_source"] for pair in at_once["pairs"]
+    ]
+    for one, other in zip(added["maps"], at_once["maps"], strict=True):
+        np.testing.assert_allclose(
+            list(one["reference_from_map"].values()), list(other["reference_from_map"].values()), atol=1e-6
+        )
+    assert (merged_two / added["maps"][2]["file"]).read_bytes() == maps_of_three[2].read_bytes()
+
+    grown = tmp_path / "c.yaml"
+    grid = load_map(maps_of_three[2]).grid
+    save_map(type(grid)(grid.frame, np.where(np.arange(grid.frame.shape[1]) < 60, 0, grid.log_odds)), tmp_path / "c")
+    matched.clear()
+    assert command("merge", merged_two, "--add", grown) == 0
+    assert sorted(matched) == [("a", "c"), ("b", "c")]
+    assert [entry["name"] for entry in record(merged_two)["maps"]] == ["a", "b", "c"]
+
+
+def test_a_run_takes_another_map_and_is_scored_on_its_own(fresh_run: Path, tmp_path: Path) -> None:
+    save_map(load_map(fresh_run / "robot_0/map.yaml").grid, tmp_path / "again")
+    assert command("merge", fresh_run, "--add", tmp_path / "again.yaml") in (0, 1)
+    assert [entry["name"] for entry in record(fresh_run)["maps"]] == ["robot_0", "robot_1", "again"]
+    assert command("score", fresh_run) == 0
+    score = json.loads((fresh_run / "score.json").read_text())
+    assert [(pair["target"], pair["source"]) for pair in score["pairs"]] == [("robot_0", "robot_1")]
+    assert command("merge", fresh_run) in (0, 1)
+    assert not (fresh_run / "inputs").exists() or not list((fresh_run / "inputs").iterdir())
+
+
+def test_what_cannot_be_added_to_is_told(capsys, tmp_path: Path, maps_of_three: list[Path]) -> None:
+    (tmp_path / "empty").mkdir()
+    line = refused(capsys, "merge", tmp_path / "empty", "--add", maps_of_three[0])
+    assert f"{tmp_path / 'empty'}: holds no merge to add to" in line
+    assert "needs one folder" in refused(capsys, "merge", *maps_of_three[:2], "--add", maps_of_three[2])
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        (("--prior", "a:1,2"), "--prior a:1,2: must be NAME:X,Y,YAW"),
+        (("--prior", "a:1,2,x"), "--prior a:1,2,x: 'x' is no number"),
+        (("--prior", "a:1,2,0,-1"), "sigma is -1"),
+        (("--prior", "a:1,2,0"), "alone says nothing"),
+        (("--prior", "z:1,2,0", "--reference", "a"), "prior is 'z', no map is called that"),
+        (("--reference", "z"), "reference is 'z', no map is called that; the maps are a, b"),
+        (("--fusion", "mean"), "--fusion mean: must be one of log_odds, least_entropy, max"),
+        (("--workers", "0"), "0"),
+    ],
+)
+def test_bad_options_are_told_in_one_line(capsys, maps_of_three: list[Path], option, says: str) -> None:
+    assert says in refused(capsys, "merge", *maps_of_three[:2], *option)
+
+
+def test_reference_fusion_and_priors_are_heeded_and_recorded(maps_of_three: list[Path], tmp_path: Path) -> None:
+    options = ("--reference", "b", "--fusion", "max", "--prior", "a:0,0,-0.5,20")
+    assert command("merge", *maps_of_three[:2], *options, "--out", tmp_path / "out") == 0
+    told = record(tmp_path / "out")
+    assert (told["reference"], told["fusion"]) == ("b", "max")
+    assert told["priors"] == [{"name": "a", "x": 0.0, "y": 0.0, "yaw": -0.5, "sigma": 20.0}]
+
+
+def test_workers_write_the_same_bytes(maps_of_three: list[Path], tmp_path: Path) -> None:
+    for workers in (1, 2):
+        assert command("merge", *maps_of_three, "--workers", workers, "--out", tmp_path / str(workers)) == 0
+    assert hashes(tmp_path / "1") == hashes(tmp_path / "2")
+
+
+def test_the_published_transform_lays_a_map_where_the_merge_does(maps_of_three: list[Path], merged_two: Path) -> None:
+    (group,) = yaml.safe_load((merged_two / "transforms.yaml").read_text())["groups"]
+    lines = [entry.get("static_transform_publisher") for entry in group["maps"]]
+    assert sum(line is None for line in lines) == 1
+    for entry, line in zip(group["maps"], lines, strict=True):
+        if line is not None:
+            x, y, yaw = (float(re.search(rf"--{name} (\S+)", line)[1]) for name in ("x", "y", "yaw"))
+            assert (x, y, yaw) == pytest.approx((entry["x"], entry["y"], entry["yaw"]), abs=1e-5)
+            assert f"--frame-id {group['reference']}/map --child-frame-id {entry['name']}/map" in line
+
+
+def test_a_map_of_another_scale_is_published_in_the_metres_of_the_reference() -> None:
+    from mapping.map_set import MapSet
+    from merge.records.result import MergedGroup, MergeResult
+
+    grid = office_map()
+    maps = MapSet(("a", "b"), (grid, grid), ("m", "m"))
+    place = Similarity2(1.0, -2.0, 0.5, 2.0)
+    group = MergedGroup("a", {"a": Similarity2(), "b": place}, grid, grid)
+    (told,) = yaml.safe_load(transforms_text(maps, MergeResult(maps.names, (), (group,))))["groups"]
+    served = told["maps"][1]["publish_with"]
+    corner = np.array([grid.frame.origin.x, grid.frame.origin.y])
+    rigid = Similarity2(place.x, place.y, place.yaw)
+    np.testing.assert_allclose(rigid.apply(np.array(served["origin"][:2])), place.apply(corner), atol=1e-9)
+    assert served["resolution"] == pytest.approx(2.0 * grid.frame.resolution)

@@ -1,0 +1,74 @@
+"""Without noise and at true poses, a robot's grid is the true raster, but for a cell at borders."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from mapping.ground_truth.footprint import TRUE_RESOLUTION
+from mapping.grid.log_odds import LogOddsMapper
+from mapping.grid.sensor_model import SENSOR_MODELS, sensor_model
+from sim.mission.mission import simulate
+from sim.mission.file import load_mission
+from sim.mission.settings import MissionSettings
+from worlds.families.registry import make_world
+from worlds.raster import true_raster
+
+NEIGHBOURS = np.ones((3, 3), bool)
+
+
+@pytest.fixture(scope="module")
+def lone_mission():
+    return simulate(make_world("office", 5), MissionSettings(robots=1, duration=15.0), seed=5)[0]
+
+
+def drawn(mission, index, model):
+    """The grid of one robot from its true scans at true poses, laid into the world's raster: -1, 0 or 1 a cell."""
+    truth, world = mission.robots[index], true_raster(mission.world, TRUE_RESOLUTION)
+    mapper = LogOddsMapper(TRUE_RESOLUTION, sensor_model(model))
+    for k, scan in enumerate(truth.scans):
+        mapper.integrate(scan, truth.trajectory.pose(k) @ truth.base_from_lidar)
+    grid = mapper.grid()
+    cells = world.frame.cells_from_metres(grid.frame.metres_from_cells(np.argwhere(grid.known)))
+    inside = world.frame.contains(cells)
+    assert inside.mean() > 0.999
+    signs = np.zeros(world.frame.shape, np.int8)
+    signs[tuple(cells[inside].T)] = np.sign(grid.log_odds[grid.known])[inside]
+    return signs, world.occupied
+
+
+def disagree(signs, walls, excepted):
+    """Observed cells that no cell within one of them explains."""
+    wall_near = ndimage.binary_dilation(walls, NEIGHBOURS)
+    free_near = ndimage.binary_dilation(~walls, NEIGHBOURS)
+    return ((signs > 0) & ~wall_near & ~excepted) | ((signs < 0) & ~free_near & ~excepted)
+
+
+@pytest.mark.parametrize("model", SENSOR_MODELS)
+def test_one_robot_draws_the_true_raster_within_a_cell(lone_mission, model):
+    signs, walls = drawn(lone_mission, 0, model)
+    assert (signs > 0).sum() > 500
+    assert (signs < 0).sum() > 10_000
+    assert not disagree(signs, walls, np.zeros_like(walls)).any()
+
+
+def test_a_team_does_so_but_where_other_robots_stood(merged_run):
+    mission = load_mission(merged_run / "mission")
+    for index in range(2):
+        signs, walls = drawn(mission, index, "octomap")
+        assert not disagree(signs, walls, under_robots(mission, walls.shape)).any()
+
+
+def under_robots(mission, shape):
+    """Cells within a robot's radius and two cells of where any robot ever was."""
+    stood = np.ones(shape, bool)
+    for robot in mission.robots:
+        cols, rows = np.floor(robot.trajectory.poses[:, :2] / TRUE_RESOLUTION).astype(int).T
+        stood[rows, cols] = False
+    radius = max(robot.radius for robot in mission.settings.robots)
+    return ndimage.distance_transform_edt(stood) * TRUE_RESOLUTION <= radius + 2 * TRUE_RESOLUTION
+
+
+def test_a_map_turned_by_mistake_would_be_caught(lone_mission):
+    signs, walls = drawn(lone_mission, 0, "octomap")
+    shifted = np.roll(signs, 3, axis=0)
+    assert disagree(shifted, walls, np.zeros_like(walls)).any()

@@ -1,0 +1,29 @@
+"""What robots saw, however their time is cut: unions of slices against looking at every scan of a part."""
+
+import numpy as np
+import pytest
+
+from mapping.ground_truth.footprint import observed
+from mapquilt.runs.seen_slices import SeenSlices, part_bounds
+from sim.mission.mission import simulate
+from sim.mission.settings import MissionSettings
+from worlds.families.registry import make_world
+from worlds.raster import true_raster
+
+
+@pytest.fixture(scope="module")
+def mission():
+    return simulate(make_world("office", 5), MissionSettings(robots=2, duration=6.0), seed=5)[0]
+
+
+@pytest.mark.parametrize("cuts", [(2,), (3, 2, 1), (1, 7)])
+def test_each_part_saw_what_its_scans_see(mission, cuts):
+    frame = true_raster(mission.world).frame
+    seen = SeenSlices(mission, cuts)
+    for parts in cuts:
+        for robot, truth in enumerate(mission.robots):
+            for part in range(parts):
+                start, stop = part_bounds(len(truth.scans), part, parts)
+                expected = observed(truth.part(start, stop), frame)
+                assert np.array_equal(seen.seen(robot, start, stop, frame), expected)
+                assert expected.any()

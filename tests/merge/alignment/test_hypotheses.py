@@ -1,0 +1,69 @@
+"""How sharply maps are judged, and which candidate comes first."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from merge.alignment.deduplication import apart
+from merge.alignment.hypotheses import BORNE, Candidate, best_first, candidates, sharpest
+from merge.proposers.proposer import Proposal
+from merge.verification.wall_overlap import TOLERANCE_SHARES, Walls
+from tests.merge.rooms import cave, rooms, two_charts
+
+LAID = Walls(tolerance=5.0, on_walls=0.0, opposed=0.0, in_free=0.0, smaller=1000.0, spread=0.4)
+
+
+def candidate(*on_walls):
+    """A candidate of whose 1000 cells of wall so many lie on walls, by tolerance, the others in free space."""
+    laid = tuple(dataclasses.replace(LAID, on_walls=on, in_free=1000.0 - on) for on in on_walls)
+    return Candidate(Similarity2(), laid, Proposal(Similarity2()))
+
+
+CRISP = candidate(990.0, 990.0, 985.0, 980.0, 970.0)
+ALIKE = candidate(995.0, 900.0, 700.0, 400.0, 200.0)
+BENT = candidate(900.0, 700.0, 500.0, 300.0, 200.0)
+
+
+def test_crisp_maps_are_judged_by_the_tightest_tolerance_and_bent_ones_by_the_loosest():
+    assert sharpest([CRISP]) == len(TOLERANCE_SHARES) - 1
+    assert sharpest([BENT]) == 0
+    assert sharpest([]) == len(TOLERANCE_SHARES) - 1
+
+
+def test_a_place_that_only_resembles_the_right_one_comes_second():
+    assert ALIKE.walls.agreement > CRISP.walls.agreement  # by the loosest tolerance it would come first
+    assert best_first([ALIKE, CRISP]) == [CRISP, ALIKE]
+
+
+def test_a_tolerance_is_borne_where_one_candidate_keeps_its_agreement():
+    share = 1000.0 * (BORNE + 0.01) ** (3.0 / 7.0)  # agreement goes with the power 2 + 1/3 of the share on walls
+    assert sharpest([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 1
+    share = 1000.0 * (BORNE - 0.01) ** (3.0 / 7.0)
+    assert sharpest([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 0
+
+
+@pytest.mark.parametrize("order", [(ALIKE, BENT, CRISP), (CRISP, ALIKE, BENT)])
+def test_the_order_in_which_candidates_come_does_not_matter(order):
+    assert best_first(order) == [CRISP, ALIKE, BENT]
+
+
+@pytest.mark.parametrize("build", [rooms, cave])
+def test_a_proposal_that_lies_near_the_truth_is_found_among_hundreds_that_do_not(build):
+    target, source, truth = two_charts(build, 3, Similarity2(3.0, 1.0, -0.7, 1.4))
+    rng = np.random.default_rng(4)
+    middle, reach = truth.apply(source.middle), 0.5 * target.diagonal
+    proposals = []
+    for k in range(300):
+        near = k == 250
+        scale = truth.scale * (1.05 if near else rng.uniform(0.7, 1.4))
+        yaw = truth.yaw + (math.radians(4.0) if near else rng.uniform(0.5, 5.5))
+        place = middle + (np.array([6.0, -5.0]) if near else rng.uniform(-reach, reach, 2))
+        corner = place - Similarity2(yaw=yaw, scale=scale).apply(source.middle)
+        proposals.append(Proposal(Similarity2(*corner.tolist(), yaw, scale)))
+    found = candidates(target, source, proposals, ScaleRange.free())
+    assert apart(source, [truth, found[0].target_from_source])[0, 1] < 1.0  # cells
+    assert apart(source, [truth, proposals[250].target_from_source])[0, 1] > 8.0

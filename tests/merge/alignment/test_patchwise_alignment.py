@@ -1,0 +1,50 @@
+import math
+
+import numpy as np
+import pytest
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.alignment.patchwise_alignment import fit_patches
+from merge.preparation.prepared_map import Chart
+from tests.merge.rooms import observed, rooms, viewpoints
+
+
+@pytest.fixture(scope="module")
+def grid():
+    rng = np.random.default_rng(5)
+    world = rooms(rng)
+    return observed(world, viewpoints(world, rng, (0.3, 0.3), (15.7, 10.7), 40), Similarity2(), rng)
+
+
+def bent(grid, sagitta):
+    """The map, 12 cells wider on each side, its rows shifted along an arc by up to ``sagitta`` cells, mean nought."""
+    values = np.pad(grid.log_odds, ((0, 0), (12, 12)))
+    shift = np.rint(sagitta * (np.linspace(-1, 1, len(values)) ** 2 - 1 / 3)).astype(int)
+    values = np.stack([np.roll(row, by) for row, by in zip(values, shift, strict=True)])
+    return OccupancyGrid(GridFrame(grid.frame.resolution, grid.frame.origin, values.shape), values)
+
+
+def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
+    target, source = Chart(bent(grid, 9.0)), Chart(grid)
+    truth, start = Similarity2(12.0), Similarity2(9.0, 2.0, math.radians(0.7))
+    found = fit_patches(target, source, start, ScaleRange.known(), rounds=4)
+
+    def off(answer):
+        return np.hypot(*(answer.apply(source.points) - truth.apply(source.points)).T).mean()
+
+    assert off(start) > 3.0
+    assert off(found) < 1.5
+
+
+def test_a_map_on_itself_stays(grid):
+    chart = Chart(grid)
+    found = fit_patches(chart, chart, Similarity2(), ScaleRange.free())
+    assert np.abs(found.matrix() - Similarity2().matrix()).max() < 1e-9
+
+
+def test_where_nothing_is_near_the_answer_stays(grid):
+    chart, far = Chart(grid), Similarity2(5000.0)
+    assert fit_patches(chart, chart, far, ScaleRange.known()) == far

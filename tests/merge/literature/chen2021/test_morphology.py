@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from merge.literature.chen2021.corner_consensus import Agreement
+from merge.literature.chen2021.morphology import Morphology, one_a_quarter
+from merge.preparation.prepared_map import Chart
+from tests.merge.literature.crisp import CELL, blank, crisp_pair, off_share
+from tests.merge.rooms import cave, observed, viewpoints
+
+RNG = np.random.default_rng(0)
+
+
+@pytest.mark.parametrize(
+    ("size", "scale"), [(1.0, ScaleRange.known()), (1.0, ScaleRange.free()), (1.6, ScaleRange.free())]
+)
+def test_the_first_proposal_and_the_answer_as_published_are_the_truth(size, scale):
+    target, source, truth = crisp_pair(size)
+    method = Morphology()
+    maps = method.describe(target), method.describe(source)
+    assert off_share(method.propose(*maps, scale, RNG)[0].target_from_source, truth, source) < 0.004
+    answer = method.published(*maps, scale, RNG)
+    assert off_share(answer.target_from_source, truth, source) < 0.004
+    assert answer.decision.accepted
+    assert answer.decision.confidence > 0.95
+    assert answer.evidence is None
+
+
+def test_it_does_not_depend_on_chance():
+    target, source, _ = crisp_pair()
+    method = Morphology()
+    maps = method.describe(target), method.describe(source)
+    answers = [method.published(*maps, ScaleRange.free(), np.random.default_rng(seed)) for seed in (1, 2)]
+    assert answers[0].target_from_source == answers[1].target_from_source
+
+
+def test_a_cave_has_no_main_direction_and_is_matched_all_the_same():
+    rng = np.random.default_rng(5)
+    world, source_from_world = cave(rng, 30.0, 26.0), Similarity2(3.0, 1.0, -0.9)
+    views = viewpoints(world, rng, (8.0, 8.0), (22.0, 18.0))  # the straight outer walls lie out of sight
+    grids = [observed(world, views, frame, rng) for frame in (Similarity2(), source_from_world)]
+    cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
+    truth = cells[0].inverse() @ source_from_world.inverse() @ cells[1]
+    method = Morphology()
+    maps = tuple(method.describe(Chart(grid)) for grid in grids)
+    assert not any(one.correction.direction.clear for one in maps)
+    best = [
+        off_share(p.target_from_source, truth, Chart(grids[1])) for p in method.propose(*maps, ScaleRange.known(), rng)
+    ]
+    assert min(best) < 0.01
+
+
+def test_blank_maps_are_proposed_nothing_and_refused():
+    method = Morphology()
+    full, bare = method.describe(crisp_pair()[0]), method.describe(blank())
+    for maps in ((full, bare), (bare, full), (bare, bare)):
+        assert method.propose(*maps, ScaleRange.free(), RNG) == ()
+        assert not method.published(*maps, ScaleRange.free(), RNG).decision.accepted
+
+
+def test_the_first_of_each_quarter_is_kept():
+    none = np.empty(0, np.intp)
+    yaws = (0.1, 0.2, 1.6, -3.0, 0.05, -1.5)
+    found = [Agreement(Similarity2(yaw=yaw), none, none, 0) for yaw in yaws]
+    assert [one.target_from_source.yaw for one in one_a_quarter(found)] == [0.1, 1.6, -3.0, -1.5]
+    assert one_a_quarter([]) == []
+
+
+def test_a_bad_setting_is_named():
+    with pytest.raises(ValueError, match="proposals is 0"):
+        Morphology(proposals=0)

@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.literature.chen2021.sift import Sift, match
+from merge.preparation.prepared_map import Chart
+from tests.merge.rooms import rooms
+
+
+@pytest.fixture(scope="module")
+def world():
+    walls = rooms(np.random.default_rng(11)).walls
+    return np.where(walls, 100, 0)
+
+
+def chart(values):
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+
+
+@pytest.mark.parametrize("feature", ["sift", "orb"])
+def test_a_turned_world_is_proposed_first_and_to_a_fraction_of_a_cell(world, feature):
+    method, turned = Sift(feature), np.rot90(world, -1)  # rows up: counter-clockwise
+    target, source = method.describe(chart(turned)), method.describe(chart(world))
+    best = method.propose(target, source, ScaleRange.free(), np.random.default_rng(0))[0]
+    truth = Similarity2(float(world.shape[0]), 0.0, np.pi / 2)
+    assert np.abs(best.target_from_source.matrix() - truth.matrix()).max() < (0.2 if feature == "sift" else 0.8)
+
+
+def test_a_world_of_half_the_cell_size_has_scale_one_half(world):
+    method, fine = Sift(), np.kron(world, np.ones((2, 2), dtype=int))
+    target, source = method.describe(chart(world)), method.describe(chart(fine))
+    best = method.propose(target, source, ScaleRange.free(), np.random.default_rng(0))[0]
+    assert best.target_from_source.scale == pytest.approx(0.5, rel=5e-3)
+
+
+@pytest.mark.parametrize("feature", ["sift", "orb"])
+def test_as_published_the_answer_is_that_of_one_sample_and_its_index_the_confidence(world, feature):
+    method, turned = Sift.as_published(feature), np.rot90(world, -1)
+    target, source = method.describe(chart(turned)), method.describe(chart(world))
+    answer = method.published(target, source, ScaleRange.known(), np.random.default_rng(0))
+    truth = Similarity2(float(world.shape[0]), 0.0, np.pi / 2)
+    here = method.matched(target, source)[1]
+    assert np.abs(answer.target_from_source.apply(here) - truth.apply(here)).max() < 6.0
+    assert answer.target_from_source.scale != 1.0  # free, whatever the range
+    assert answer.decision.accepted
+    assert 0.9 < answer.decision.confidence <= 1.0
+
+
+def test_the_ratio_test_by_hand():
+    target = np.array([[0.0, 0.0], [10.0, 0.0]], dtype=np.float32)
+    source = np.array([[1.0, 0.0], [4.5, 0.0], [9.0, 0.0]], dtype=np.float32)  # ratios 1/9, 4.5/5.5 and 1/9
+    to, of = match(target, source, 0.8)
+    assert (to.tolist(), of.tolist()) == ([0, 1], [0, 2])
+    assert match(target, source, 0.83)[1].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("feature", ["sift", "orb"])
+def test_a_blank_map_has_no_features_and_is_proposed_nothing(world, feature):
+    method = Sift(feature)
+    blank, full = method.describe(chart(np.zeros((40, 40), dtype=int))), method.describe(chart(world))
+    assert len(blank.points) == 0
+    for target, source in ((blank, full), (full, blank), (blank, blank)):
+        assert method.propose(target, source, ScaleRange.free(), np.random.default_rng(0)) == ()
+        answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))
+        assert answer.target_from_source is None
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("ratio", 0.0), ("ratio", 1.5), ("smoothing_cells", -1.0), ("most_features", 0), ("feature", "surf")],
+)
+def test_a_bad_setting_is_named(field, value):
+    with pytest.raises(ValueError, match=f"{field} is {value!r}"):
+        Sift(**{field: value})

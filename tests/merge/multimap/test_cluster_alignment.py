@@ -1,0 +1,73 @@
+"""The transforms that answers between two groups say, against a slow reading of every two of them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from mapping.geometry.similarity2 import Similarity2
+from merge.multimap.cluster import Group, agrees, connected, hops
+from merge.multimap.cluster_alignment import joins
+from merge.multimap.edge import about
+from tests.merge.multimap.test_consistency import DEVIATIONS, edge, ends, world
+
+
+def groups_of(poses, rng):
+    """0, 1, 2 in a row, and 3, 4, 5; where they truly lie."""
+
+    def group(members):
+        placed = {k: poses[members[0]].inverse() @ poses[k] for k in members}
+        return Group(placed, tuple(edge(poses, a, b, rng) for a, b in pairwise(members)))
+
+    return group((0, 1, 2)), group((3, 4, 5))
+
+
+def slow_support(chosen, other, first, second):
+    """Whether the other edge may be right where this one puts the second group."""
+    said = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
+    predicted = first.poses[other.target].inverse() @ said @ second.poses[other.source]
+    between = first.poses[other.target].inverse() @ first.poses[chosen.target]
+    spot = between.apply([chosen.target_from_source.x, chosen.target_from_source.y])
+    turned = np.eye(4)
+    turned[:2, :2] = between.matrix()[:, :2]
+    moved = about(np.array([predicted.x, predicted.y]) - spot) @ turned
+    apart = hops(first)[other.target, chosen.target] + hops(second)[other.source - 3, chosen.source - 3]
+    slack = moved @ chosen.covariance @ moved.T + apart * other.covariance
+    return other is chosen or agrees(other, predicted, False, slack)
+
+
+def test_the_best_supported_place_is_that_of_the_edges_that_agree():
+    for seed in range(20):
+        poses, rng = world(6, seed)
+        first, second = groups_of(poses, rng)
+        pairs = [(a, b) for a in (0, 1, 2) for b in (3, 4, 5)]
+        edges = [edge(poses, *pair, rng, wrong=rng.random() < 0.4, weight=rng.uniform(1.0, 3.0)) for pair in pairs]
+        told = joins(first, second, edges, False)
+        best = max(sum(o.weight for o in edges if slow_support(e, o, first, second)) for e in edges)
+        assert told[0].support == pytest.approx(best)
+        chosen = told[0].edges
+        assert any(
+            {id(o) for o in edges if slow_support(e, o, first, second)} == {id(o) for o in chosen} for e in edges
+        )
+        assert sorted(p for join in told for p in ends(join.edges)) == pairs  # each has its say once
+
+
+def test_edges_are_told_from_the_first_group_whichever_way_they_came():
+    poses, rng = world(6, 3)
+    first, second = groups_of(poses, rng)
+    one = edge(poses, 1, 4, rng)
+    (join,) = joins(first, second, [one.reversed()], False)
+    assert (join.edges[0].target, join.edges[0].source) == (1, 4)
+    truth = poses[0].inverse() @ poses[3]
+    found = join.first_from_second
+    assert np.hypot(found.x - truth.x, found.y - truth.y) < 10.0 * DEVIATIONS[0] * max(1.0, truth.scale)
+
+
+def test_hops_and_connection():
+    poses, rng = world(4, 0)
+    members = {k: Similarity2() for k in range(4)}
+    held = (edge(poses, 0, 1, rng), edge(poses, 1, 3, rng))
+    assert not connected(members, held)
+    ring = (*held, edge(poses, 2, 3, rng))
+    assert connected(members, ring)
+    np.testing.assert_array_equal(hops(Group(members, ring))[0], [0, 1, 3, 2])

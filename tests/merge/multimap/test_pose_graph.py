@@ -1,0 +1,105 @@
+import math
+
+import numpy as np
+import pytest
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.geometry.similarity2_array import Motions
+from merge.multimap.edge import Edge, EdgeTable, Ground, edge_of
+from merge.multimap.pose_graph import averaged, packed, slopes, strains, unpacked
+from merge.records.result import PairResult
+
+GROUNDS = (
+    Ground(Similarity2(3.0, -2.0, 0.0, 0.05), 300.0, 1),
+    Ground(Similarity2(-40.0, 7.0, 0.4, 0.1), 150.0, 1),
+)
+
+
+def test_slopes_are_those_of_finite_differences():
+    target, source = Similarity2(3.0, -2.0, 0.7, 1.3), Similarity2(-5.0, 4.0, -1.1, 0.8)
+
+    def told(values):
+        a, b = (Similarity2(v[0], v[1], v[2], math.exp(v[3])) for v in (values[:4], values[4:]))
+        between = a.inverse() @ b
+        return np.array([between.x, between.y, between.yaw, math.log(between.scale)])
+
+    at = np.array([*vars(target).values(), *vars(source).values()])
+    at[[3, 7]] = np.log(at[[3, 7]])
+    steps = np.eye(8) * 1e-6
+    expected = np.stack([(told(at + s) - told(at - s)) / 2e-6 for s in steps], axis=-1)
+    found = slopes(Motions.of([source, target]), Motions.of([target, source]))[1]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("unknowns", [3, 4])
+def test_poses_are_packed_and_unpacked(unknowns):
+    poses = {0: Similarity2(), 3: Similarity2(1.0, 2.0, 3.0, 0.5), 7: Similarity2(-1.0, 0.0, 0.1, 2.0)}
+    again = unpacked(packed(poses, [3, 7], unknowns), poses, [3, 7], unknowns)
+    for index, pose in poses.items():
+        np.testing.assert_allclose(again[index].matrix(), pose.matrix(), atol=1e-12)
+
+
+def test_the_mean_of_a_cycle_shares_what_does_not_close_by_certainty():
+    """Three maps in a row, the sum told 3 too long by the third edge: each edge takes of it as it is uncertain."""
+    step = Similarity2(10.0, 0.0)
+
+    def edge(a, b, x, variance):
+        return Edge(a, b, Similarity2(x, 0.0), np.diag([variance, variance, 1e-6, 1e-6]), 1.0)
+
+    edges = [edge(0, 1, 10.0, 1.0), edge(1, 2, 10.0, 1.0), edge(0, 2, 23.0, 1.0)]
+    found = averaged({0: Similarity2(), 1: step, 2: step @ step}, edges, 0, fixed_scale=True)
+    assert found[1].x == pytest.approx(11.0, abs=1e-4)
+    assert found[2].x == pytest.approx(22.0, abs=1e-4)
+    surer = [*edges[:2], edge(0, 2, 23.0, 1e-6)]
+    assert averaged(found, surer, 0, fixed_scale=True)[2].x == pytest.approx(23.0, abs=1e-4)
+
+
+def test_a_covariance_in_metres_is_that_of_a_move_about_the_middle_of_the_source():
+    """By many draws: parameters in metres that scatter by the covariance scatter so, told in local cells."""
+    truth = Similarity2(100.0, -50.0, 0.6, 2.0)
+    rng = np.random.default_rng(0)
+    root = np.diag([0.3, 0.2, 0.002, 0.003]) @ rng.standard_normal((4, 4))
+    covariance = root @ root.T
+    pair = PairResult("a", "b", True, 0.9, None, truth, None, "m", None, covariance)
+    edge = edge_of(pair, (0, 1), GROUNDS)
+    told = []
+    for move in rng.multivariate_normal(np.zeros(4), covariance, 4000):
+        drawn = Similarity2(truth.x + move[0], truth.y + move[1], truth.yaw + move[2], truth.scale + move[3])
+        local = GROUNDS[0].metres_from_local.inverse() @ drawn @ GROUNDS[1].metres_from_local
+        told.append((local.x, local.y, local.yaw, math.log(local.scale)))
+    scattered = np.cov(np.array(told).T)
+    bare = edge_of(PairResult("a", "b", True, 0.9, None, truth, None, "m", None), (0, 1), GROUNDS).covariance
+    factor = edge.covariance[2, 2] / (bare[2, 2] + scattered[2, 2])  # a ceiling shrinks all alike
+    np.testing.assert_allclose(
+        edge.covariance, factor * (bare + scattered), rtol=0.15, atol=0.03 * edge.covariance[0, 0]
+    )
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_the_strain_of_an_edge_is_what_all_others_fit_better_without_it(fixed):
+    """Least squares with and without each edge: the sum of squares falls by the strain. A bridge has none."""
+    rng = np.random.default_rng(3)
+    poses = {k: Similarity2(*rng.uniform(-20, 20, 2), rng.uniform(-3, 3)) for k in range(5)}
+    pairs = [(0, 1), (1, 2), (2, 3), (0, 3), (0, 2), (3, 4)]
+    edges = []
+    for a, b in pairs:
+        truth = poses[a].inverse() @ poses[b]
+        move = np.array([0.1, 0.1, 0.005, 0.0]) * rng.standard_normal(4)
+        if (a, b) == (0, 3):
+            move[:2] += 0.5
+        found = Similarity2(truth.x + move[0], truth.y + move[1], truth.yaw + move[2])
+        edges.append(Edge(a, b, found, np.diag([0.1, 0.1, 0.005, 0.005]) ** 2, 1.0))
+
+    def squares(held):
+        told = averaged(poses, held, 0, fixed)
+        placed = [(Motions.of([told[e.target]]), Motions.of([told[e.source]])) for e in held]
+        misfits = [EdgeTable.of([e]).misfits(t.inverse() @ s, fixed)[0] for e, (t, s) in zip(held, placed, strict=True)]
+        return sum(misfits), told
+
+    whole, told = squares(edges)
+    found = strains(told, edges, 0, fixed)
+    for k in range(5):
+        without, _ = squares([*edges[:k], *edges[k + 1 :]])
+        assert found[k] == pytest.approx(whole - without, rel=0.03, abs=0.02)
+    assert found[5] == 0.0
+    assert int(np.argmax(found)) in (2, 3)  # the two of the ring that no chord parts: none can tell which is wrong

@@ -1,0 +1,62 @@
+"""How the merge of two maps goes from one proposer to the next."""
+
+import numpy as np
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from merge.pair.pipeline import NOTHING_PROPOSED, Sheet, merge_pair
+from merge.proposers.proposer import Proposal
+from tests.merge.literature.crisp import crisp_pair, off_share
+
+RNG = np.random.default_rng(0)
+
+
+class Fixed:
+    """A proposer that says what it was told, and remembers being asked."""
+
+    def __init__(self, *transforms):
+        self.proposals = tuple(Proposal(transform) for transform in transforms)
+        self.asked = False
+
+    def describe(self, chart):
+        return None
+
+    def propose(self, target, source, scale, rng):
+        self.asked = True
+        return self.proposals
+
+
+def merged(*proposers):
+    target, source, _ = crisp_pair()
+    sheets = [Sheet(chart, (None,) * len(proposers)) for chart in (target, source)]
+    return merge_pair(*sheets, ScaleRange.known(), proposers, RNG)
+
+
+def test_a_sure_answer_asks_no_further_proposer():
+    truth = crisp_pair()[2]
+    first, second = Fixed(truth), Fixed(truth)
+    answer = merged(first, second)
+    assert answer.decision.accepted
+    assert not second.asked
+
+
+def test_nothing_from_the_first_asks_the_next():
+    truth = crisp_pair()[2]
+    first, second = Fixed(), Fixed(truth)
+    answer = merged(first, second)
+    assert first.asked and second.asked
+    assert answer == merged(second, first)
+
+
+def test_a_wrong_proposal_does_not_hide_a_right_one():
+    _, source, truth = crisp_pair()
+    wrong = Similarity2(40.0, 10.0, 0.5) @ truth
+    answer = merged(Fixed(wrong), Fixed(truth))
+    assert answer.decision.accepted
+    assert off_share(answer.target_from_source, truth, source) < 0.005
+
+
+def test_where_nobody_proposes_nothing_is_accepted():
+    answer = merged(Fixed(), Fixed())
+    assert answer.target_from_source is None
+    assert answer.decision.reason == NOTHING_PROPOSED

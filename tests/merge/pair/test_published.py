@@ -1,0 +1,109 @@
+"""The second face of methods: their own answer, in place of the common judge's."""
+
+import numpy as np
+import pytest
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import MapSet
+from merge.merger import match_maps, merge_maps
+from merge.methods import PROPOSERS, PUBLISHED
+from merge.pair.published import judged, nothing_found
+from merge.preparation.prepared_map import Chart
+from merge.settings import MergeSettings
+from tests.merge.literature.crisp import crisp_pair
+
+
+@pytest.fixture(scope="module")
+def maps():
+    charts = crisp_pair()[:2]
+    grids = tuple(
+        OccupancyGrid(GridFrame(0.05, c.grid.frame.origin, c.grid.frame.shape), c.grid.log_odds) for c in charts
+    )
+    return MapSet(("a", "b"), grids, ("m", "m"))
+
+
+def test_every_published_method_is_a_proposer_too():
+    assert set(PUBLISHED) <= set(PROPOSERS)
+
+
+def test_the_answer_as_published_bears_no_evidence_of_the_judge(maps):
+    (own,) = match_maps(maps, MergeSettings("orb", as_published=True))
+    (common,) = match_maps(maps, MergeSettings("orb"))
+    assert own.accepted
+    assert common.accepted
+    assert own.evidence is None
+    assert common.evidence is not None
+    gap = np.abs(own.target_from_source.matrix() - common.target_from_source.matrix()).max()
+    assert 0.0 < gap < 0.3
+
+
+def test_swapping_the_maps_gives_the_inverse_of_the_published_answer(maps):
+    settings = MergeSettings("orb", as_published=True)
+    back = MapSet(maps.names[::-1], maps.grids[::-1], maps.units)
+    (one,), (other,) = match_maps(maps, settings), match_maps(back, settings)
+    both = one.target_from_source @ other.target_from_source
+    assert np.allclose(both.matrix(), Similarity2().matrix(), atol=1e-9)
+    assert one.confidence == other.confidence
+
+
+def test_matching_is_what_merging_does_first(maps):
+    settings = MergeSettings("orb", as_published=True)
+    assert merge_maps(maps, settings).pairs[0].target_from_source == match_maps(maps, settings)[0].target_from_source
+
+
+def test_a_method_without_an_answer_of_its_own_is_refused():
+    with pytest.raises(ValueError, match=r"'quilt' has no answer of its own as published, only .*orb"):
+        MergeSettings("quilt", as_published=True)
+
+
+@pytest.mark.parametrize(("score", "accepted"), [(0.0, False), (9.9, False), (10.0, True), (1e9, True)])
+def test_confidence_is_one_half_at_the_threshold_and_rises_with_the_score(score, accepted):
+    decision = judged(Similarity2(), "the score", score, 10.0).decision
+    assert decision.accepted is accepted
+    assert (decision.confidence >= 0.5) is accepted
+    assert (decision.reason is None) is accepted
+    assert decision.confidence <= judged(Similarity2(), "the score", score + 1.0, 10.0).decision.confidence
+
+
+def test_nothing_found_is_a_refusal_with_a_reason():
+    answer = nothing_found()
+    assert answer.target_from_source is None
+    assert not answer.decision.accepted
+    assert answer.decision.reason
+
+
+def odd_maps():
+    """Maps that hold next to nothing, or nothing but walls."""
+    rng = np.random.default_rng(0)
+    dot = np.full((70, 70), -1.0)
+    dot[30, 40] = 1.0
+    line = np.full((3, 90), -1.0)
+    line[1] = 1.0
+    return {
+        "dot": dot,
+        "line": line,
+        "cell": np.ones((1, 1)),
+        "two cells": np.array([[1.0, -1.0]]),
+        "walls": np.ones((80, 80)),
+        "noise": rng.choice((-1.0, 0.0, 1.0), (90, 80)),
+    }
+
+
+@pytest.mark.parametrize("name", sorted(PUBLISHED))
+def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name):
+    method = PUBLISHED[name]
+    grids = [
+        OccupancyGrid(GridFrame(1.0, SE2(), cells.shape), cells.astype(np.float32)) for cells in odd_maps().values()
+    ]
+    described = [method.describe(Chart(grid)) for grid in grids]
+    (proposer,) = PROPOSERS[name]
+    for target, source in zip(described, (*described[1:], described[0]), strict=True):
+        answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))
+        assert 0.0 <= answer.decision.confidence <= 1.0
+        assert answer.decision.accepted is (answer.decision.reason is None)
+        proposals = proposer.propose(target, source, ScaleRange.known(), np.random.default_rng(0))
+        assert all(proposal.target_from_source.scale == pytest.approx(1.0) for proposal in proposals)

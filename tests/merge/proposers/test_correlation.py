@@ -1,0 +1,69 @@
+import math
+
+import numpy as np
+import pytest
+
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.preparation.prepared_map import Chart
+from merge.proposers.correlation import correlate
+from tests.merge.rooms import rooms
+
+
+def chart(values):
+    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+
+
+@pytest.fixture(scope="module")
+def world():
+    return np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
+
+
+def test_a_piece_is_found_where_it_was_cut_out(world):
+    target, piece = chart(world), chart(world[60:200, 100:280])
+    best = correlate(target.layers, piece.layers, 1.0, [0.0])[0].target_from_source
+    assert (best.x, best.y) == pytest.approx((100.0, 60.0), abs=3.0)  # a cell of the raster is 2.9 cells wide
+
+
+def test_a_piece_turned_and_shrunk_is_found_at_its_scale_and_turn_alone(world):
+    piece = np.rot90(np.kron(world, np.ones((2, 2), dtype=int))[120:400, 200:560], -1)  # rows up: turned by +90
+    target, source = chart(world), chart(piece)
+    truth = Similarity2(100.0, 60.0 + 140.0, -math.pi / 2, 0.5)
+    score = {}
+    for yaw in (-math.pi / 2, 0.0, math.pi / 2, math.pi):
+        for scale in (0.5, 0.6):
+            peak = correlate(target.layers, source.layers, scale, [yaw])[0]
+            score[yaw, scale] = peak.score
+            if (yaw, scale) == (-math.pi / 2, 0.5):
+                assert np.abs(peak.target_from_source.apply(source.points) - truth.apply(source.points)).max() < 4.0
+    assert max(score, key=score.get) == (-math.pi / 2, 0.5)
+
+
+def faced(side):
+    """A wall with a step, free on the side (+1 above, -1 below) that it is seen from, unknown beyond."""
+    values = np.full((80, 120), -1)
+    height = np.where(np.arange(120) < 50, 38, 46)
+    for col, row in enumerate(height):
+        values[row : row + 2, col] = 100
+        free = slice(row + 2, row + 26) if side > 0 else slice(row - 24, row)
+        values[free, col] = 0
+    return values
+
+
+def test_the_side_that_a_wall_is_seen_from_counts():
+    above, below = chart(faced(1)), chart(faced(-1))
+    same = correlate(above.layers, above.layers, 1.0, [0.0])[0]
+    other = correlate(above.layers, below.layers, 1.0, [0.0], most=50)
+    assert near_nought(same)
+    assert max((peak.score for peak in other if near_nought(peak)), default=0.0) < 0.2 * same.score
+
+
+def near_nought(peak):
+    return math.hypot(peak.target_from_source.x, peak.target_from_source.y) < 4.0
+
+
+def test_blank_maps_correlate_with_nothing_and_do_no_harm():
+    blank = chart(np.full((30, 40), -1))
+    assert all(peak.score == 0.0 for peak in correlate(blank.layers, blank.layers, 1.0, [0.0]))

@@ -1,0 +1,16 @@
+"""``python -m tests.regression``."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from mapquilt.cli.entry import run_app
+from tests.regression.command import regression
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+app.command()(regression)
+
+if __name__ == "__main__":
+    sys.exit(run_app(app, sys.argv[1:], "regression"))

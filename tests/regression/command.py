@@ -1,0 +1,122 @@
+"""``make regression`` and ``make regression-update``."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import typer
+
+from mapquilt.cli.tables import plain_table, print_table
+from mapquilt.jobs.executor import process_pool, run_all
+from mapquilt.jobs.progress import count_progress
+from tests.regression.compare import FAILING, HEADINGS, Change, compare
+from tests.regression.golden import Verdicts, read_golden, write_golden
+from tests.regression.pairs import all_pairs, family_samples
+from tests.regression.verdict import Verdict, verdict
+from worlds.families.registry import FAMILIES
+
+OUTCOMES = ("right", "missed", "wrong", "rightly refused")
+WORST_FIRST = list(HEADINGS)
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def regression(
+    golden: Annotated[Path, typer.Option(help="Folder of the golden files.")] = Path("tests/golden"),
+    update: Annotated[bool, typer.Option("--update", help="Rewrite the golden files with what is now.")] = False,
+    family: Annotated[list[str] | None, typer.Option(help="Of these families alone. Repeatable.")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = os.cpu_count() or 1,
+) -> int:
+    """Generate the fixed pairs afresh, merge them by the default method, and compare with the golden files.
+
+    Status 1 where a merge got worse, or a sample or the set of pairs changed.
+    """
+    chosen = _families(family)
+    if update and family:
+        raise ValueError("--update: rewrites all families; leave out --family")
+    before = {name: found for name, found in read_golden(golden).items() if name in chosen or not family}
+    if not before and not update:
+        raise ValueError(f"{golden}: holds no golden file; make regression-update writes them")
+    now = _run(chosen, workers, with_others=not family)
+    if family:
+        before = {name: {key: one for key, one in found.items() if key in now[name]} for name, found in before.items()}
+    changes = [
+        change
+        for name in [*chosen, *(gone for gone in before if gone not in chosen)]
+        for change in compare(name, before.get(name, {}), now.get(name, {}))
+    ]
+    _print(before, now, changes)
+    failing = [change for change in changes if change.kind in FAILING]
+    if update:
+        write_golden(golden, now)
+        print_table(f"{golden}: {_number(now)} pairs written, {len(changes)} changed; look at them before you commit")
+        return 0
+    if failing:
+        print_table(f"{len(failing)} of {_number(now)} pairs fail; if that is meant, run make regression-update")
+        return 1
+    print_table(f"{_number(now)} pairs are as they were, or better")
+    return 0
+
+
+def _families(given: Sequence[str] | None) -> list[str]:
+    for name in given or ():
+        if name not in FAMILIES:
+            raise ValueError(f"--family {name}: unknown; known are {', '.join(FAMILIES)}")
+    return [name for name in FAMILIES if not given or name in given]
+
+
+def _run(families: Sequence[str], workers: int, with_others: bool) -> Verdicts:
+    samples = dict(_all("missions", family_samples, families, workers))
+    pairs = [pair for pair in all_pairs(samples) if with_others or pair.truth is not None]
+    by_pair = {id(pair): found for pair, found in _all("merges", verdict, pairs, workers)}
+    return {family: {pair.name: by_pair[id(pair)] for pair in pairs if pair.family == family} for family in families}
+
+
+def _all(
+    what: str, function: Callable[[Task], Result], tasks: Sequence[Task], workers: int
+) -> list[tuple[Task, Result]]:
+    done = []
+    with (
+        count_progress(what) as on_progress,
+        closing(run_all(lambda: process_pool(workers), function, tasks, workers)) as results,
+    ):
+        for task, result in results:
+            if isinstance(result, BaseException):
+                raise result
+            done.append((task, result))
+            on_progress(len(done), len(tasks))
+    return done
+
+
+def _print(
+    before: Mapping[str, Mapping[str, Verdict]], now: Mapping[str, Mapping[str, Verdict]], changes: Sequence[Change]
+) -> None:
+    table = plain_table(("family", False), *((outcome, True) for outcome in OUTCOMES))
+    for family in now:
+        table.add_row(family, *_counts(list(before.get(family, {}).values()), list(now[family].values())))
+    every = [[one for found in verdicts.values() for one in found.values()] for verdicts in (before, now)]
+    table.add_section()
+    table.add_row("all", *_counts(*every))
+    print_table(table)
+    ordered = sorted(changes, key=lambda change: WORST_FIRST.index(change.kind))
+    for kind, group in groupby(ordered, key=lambda change: change.kind):
+        print_table(f"\n{HEADINGS[kind]}:")
+        for change in group:
+            print_table(f"  {change.family}: {change.pair}: {change.words}")
+
+
+def _counts(before: Sequence[Verdict], now: Sequence[Verdict]) -> list[str]:
+    counts = Counter[str](one.outcome for one in now)
+    old = Counter[str](one.outcome for one in before or now)
+    return [str(counts[name]) if counts[name] == old[name] else f"{old[name]} -> {counts[name]}" for name in OUTCOMES]
+
+
+def _number(now: Mapping[str, Mapping[str, Verdict]]) -> int:
+    return sum(len(found) for found in now.values())

@@ -1,0 +1,118 @@
+"""When cells were seen, coverage over time, and missions cut to an overlap."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from mapping.ground_truth.footprint import observed
+from mapping.ground_truth.truth import overlap
+from sim.mission.coverage import coverage
+from sim.mission.first_seen import NEVER, first_seen
+from sim.mission.mission import Mission, simulate
+from sim.mission.overlap import LEVELS, attempts, overlap_cut
+from sim.mission.settings import MissionSettings
+from worlds.families.registry import make_world
+from worlds.polygon import box, disc
+from worlds.raster import touched_cells, true_raster
+from worlds.world import World
+
+
+@pytest.fixture(scope="module")
+def long_mission() -> Mission:
+    return simulate(make_world("office", 2), MissionSettings(3, 40.0, starts="close"), 2)[0]
+
+
+@pytest.mark.parametrize("scans", [1, 40, 121])
+def test_what_was_seen_after_some_scans_is_what_they_observe(mission: Mission, scans: int) -> None:
+    frame = true_raster(mission.world).frame
+    truth = mission.robots[1]
+    assert ((first_seen(truth, frame) <= scans) != observed(truth.part(0, scans), frame)).mean() < 1e-5
+
+
+def test_what_beams_without_a_return_saw_is_what_they_observe() -> None:
+    trees = tuple(disc(x, y, 0.3, 12) for x in (2.0, 7.0, 12.0) for y in (2.0, 7.0, 12.0))
+    park = World("park", 0, (14.0, 14.0), trees, fence=box(1.0, 1.0, 13.0, 13.0))
+    mission, _ = simulate(park, MissionSettings(1, 1.0), 1)
+    raster = true_raster(park)
+    for clear_range in (0.0, 3.0, 100.0):
+        maps = [observed(truth, raster.frame, clear_range) for truth in mission.robots]
+        firsts = [first_seen(truth, raster.frame, clear_range) for truth in mission.robots]
+        assert all(np.array_equal(a, b < NEVER) for a, b in zip(maps, firsts, strict=True))
+        fenced = maps[0] & raster.free & touched_cells([box(1.0, 1.0, 13.0, 13.0)], 0.05, raster.frame.shape)
+        assert coverage(mission, clear_range).team[-1] * coverage(mission).free_area == pytest.approx(
+            fenced.sum() * 0.05**2
+        )
+
+
+def test_an_overlap_is_reached_as_beams_that_clear_see_it() -> None:
+    world, settings = make_world("outdoor", 1, 15.0, 15.0), MissionSettings(2, 8.0, overlap=(0.6, 0.8))
+    mission, _ = simulate(world, settings, 1, clear_range=12.0)
+    frame = true_raster(world).frame
+    assert 0.6 <= overlap(*(observed(truth, frame, 12.0) for truth in mission.robots)) <= 0.8
+    assert not 0.6 <= overlap(*(observed(truth, frame) for truth in mission.robots)) <= 0.8
+
+
+def test_coverage_grows_to_what_the_robots_observed(mission: Mission) -> None:
+    seen, raster = coverage(mission), true_raster(mission.world)
+    assert seen.stamps.tolist() == [*map(float, range(13))]
+    assert (np.diff(seen.robots, axis=1) >= 0.0).all()
+    assert (seen.team >= seen.robots.max(axis=0)).all()
+    assert (seen.team <= seen.robots.sum(axis=0) + 1e-12).all()
+    maps = [observed(truth, raster.frame) & raster.free for truth in mission.robots]
+    assert seen.robots[:, -1] == pytest.approx([each.sum() / raster.free.sum() for each in maps], abs=1e-4)
+    assert seen.team[-1] == pytest.approx(np.logical_or.reduce(maps).sum() / raster.free.sum(), abs=1e-4)
+    assert seen.free_area == pytest.approx(raster.free.sum() * 0.0025)
+
+
+@pytest.mark.parametrize("wanted", [(0.5, 0.7), (0.75, 0.95)])
+def test_a_cut_mission_overlaps_as_wanted(long_mission: Mission, wanted: tuple[float, float]) -> None:
+    frame = true_raster(long_mission.world).frame
+    cut = overlap_cut(long_mission.robots, frame, wanted)
+    short = long_mission.cut(cut.scans)
+    maps = [observed(truth, frame) for truth in short.robots]
+    reached = [overlap(a, b) for a, b in combinations(maps, 2)]
+    if cut.miss == 0.0:
+        assert wanted[0] <= min(reached) <= max(reached) <= wanted[1]
+    missed = sum(max(0.0, wanted[0] - each, each - wanted[1]) for each in reached)
+    assert missed == pytest.approx(cut.miss, abs=0.02)
+    assert tuple(len(truth.scans) for truth in short.robots) == cut.scans
+
+
+def test_nothing_is_cut_where_all_overlaps_will_do(long_mission: Mission) -> None:
+    frame = true_raster(long_mission.world).frame
+    cut = overlap_cut(long_mission.robots, frame, (0.0, 1.0))
+    assert (cut.scans, cut.miss) == ((401, 401, 401), 0.0)
+
+
+def test_the_best_of_two_robots_is_the_best_there_is(long_mission: Mission) -> None:
+    """Against every pair of ends, by footprints."""
+    frame = true_raster(long_mission.world).frame
+    pair, wanted = long_mission.robots[:2], (0.4, 0.45)
+    counts = np.maximum(1, np.rint(401 * np.linspace(0.05, 1.0, LEVELS))).astype(int)
+    seen = [first_seen(truth, frame) for truth in pair]
+    maps = [[each <= count for count in counts[::6]] for each in seen]
+    least = min(max(0.0, 0.4 - share, share - 0.45) for a in maps[0] for b in maps[1] for share in (overlap(a, b),))
+    assert overlap_cut(pair, frame, wanted).miss <= least + 0.01
+    assert all((each == NEVER).any() for each in seen)
+
+
+def test_an_overlap_is_reached_by_other_starts_or_the_nearest_is_kept() -> None:
+    world = make_world("office", 7)
+    settings = MissionSettings(2, 10.0, starts="spread", overlap=(0.6, 0.9))
+    mission, times = simulate(world, settings, 7)
+    frame = true_raster(world).frame
+    assert 0.6 <= overlap(*(observed(truth, frame) for truth in mission.robots)) <= 0.9
+    assert mission.settings.starts == "close"
+    assert times.cutting > 0.0
+    out_of_reach, _ = simulate(world, MissionSettings(3, 2.0, overlap=(0.01, 0.02)), 7)
+    assert len(out_of_reach.robots) == 3
+
+
+def test_close_starts_are_tried_first_where_much_overlap_is_wanted() -> None:
+    much, little = (attempts(MissionSettings(2, overlap=wanted)) for wanted in ((0.7, 0.9), (0.0, 0.2)))
+    assert [each.starts for each in much] == ["random", "close", "spread"]
+    assert [each.starts for each in little] == ["random", "spread", "close"]
+    assert attempts(MissionSettings(2)) == (MissionSettings(2),)

@@ -1,0 +1,1 @@
+"""Families of generated worlds, one file each, and their registry."""

@@ -1,0 +1,1 @@
+"""Worlds from other people's files."""
