@@ -9,9 +9,9 @@ from itertools import combinations
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
-from merge.multimap.results import told_result
+from merge.multimap.results import merge_result
 from merge.multimap.team import Team
-from merge.pair.feature_cache import Shelf
+from merge.pair.feature_cache import FeatureCache
 from merge.pair.matching import PairTask, match, run_tasks
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
@@ -43,7 +43,7 @@ def merge_maps(
     _check_names(maps, settings)
     team = Team(maps, settings, seed, on_progress, executor, answers or {})
     groups = team.solve()
-    return told_result(team, groups)
+    return merge_result(team, groups)
 
 
 def match_maps(
@@ -61,7 +61,7 @@ def match_maps(
         if on_progress is not None:
             on_progress(next(done), len(tasks))
 
-    return tuple(run_tasks(match, tasks, Shelf(max(2, math.isqrt(2 * len(tasks)) + 2)), None, step))
+    return tuple(run_tasks(match, tasks, FeatureCache(max(2, math.isqrt(2 * len(tasks)) + 2)), None, step))
 
 
 def _check_names(maps: MapSet, settings: MergeSettings) -> None:

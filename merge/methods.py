@@ -16,13 +16,13 @@ from merge.literature.random_walk import RandomWalk
 from merge.literature.stitching import Stitching
 from merge.pair.published import Published
 from merge.proposers.landmarks import Landmarks
-from merge.proposers.normal_correlation import Facing
+from merge.proposers.normal_correlation import NormalCorrelation
 from merge.proposers.orb import Orb
 from merge.proposers.proposer import Proposer
 
 PROPOSERS: Mapping[str, tuple[Proposer[Any], ...]] = MappingProxyType(
     {
-        "quilt": (Orb(), Landmarks(), Facing()),
+        "quilt": (Orb(), Landmarks(), NormalCorrelation()),
         "sift": (Sift(),),
         "sift_orb": (Sift("orb"),),
         "morphology": (Morphology(),),

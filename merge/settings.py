@@ -8,7 +8,7 @@ from mapping.geometry.scale_range import ScaleRange
 from merge.fusion import FUSIONS, FusionName
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.records.prior import Prior, expected_places
-from merge.verification.acceptance import DecisionSettings
+from merge.verification.acceptance import AcceptanceSettings
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class MergeSettings:
     method: str = "quilt"
     scale: ScaleRange | None = None
     as_published: bool = False
-    decision: DecisionSettings = field(default_factory=DecisionSettings)
+    decision: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     reference: str | None = None
     fusion: FusionName = "log_odds"
     priors: tuple[Prior, ...] = ()

@@ -14,10 +14,10 @@ from scipy.sparse.csgraph import connected_components
 from benchmarks.team_injection.drawn_team import DrawnTeam
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
-from merge.pair.feature_cache import make_chart, metres_from_chart
-from merge.preparation.prepared_map import Chart
+from merge.pair.feature_cache import metres_from_prepared, prepare_map
+from merge.preparation.prepared_map import PreparedMap
 from merge.records.result import PairResult
-from merge.verification.wall_overlap import compare_walls
+from merge.verification.wall_overlap import measure_wall_overlap
 
 Pair = tuple[int, int]
 
@@ -66,7 +66,7 @@ def inject(team: DrawnTeam, share: float, rng: np.random.Generator, draws: int =
         taken = taken if taken is not None else spare.pop()
         right = [pair for pair in right if pair != taken]
         wrong.append(taken)
-    charts = [make_chart(grid) for grid in team.maps.grids]
+    charts = [prepare_map(grid) for grid in team.maps.grids]
     answers = [
         _answer(team, (a, b), (charts[a], charts[b]), draws if (a, b) in wrong else 0, rng)
         for a, b in sorted([*right, *wrong])
@@ -109,7 +109,7 @@ def _redundant(number: int, right: list[Pair], rng: np.random.Generator) -> Pair
 
 
 def _answer(
-    team: DrawnTeam, pair: Pair, charts: tuple[Chart, Chart], draws: int, rng: np.random.Generator
+    team: DrawnTeam, pair: Pair, charts: tuple[PreparedMap, PreparedMap], draws: int, rng: np.random.Generator
 ) -> PairResult:
     target, source = pair
     there, here = team.maps.grids[target], team.maps.grids[source]
@@ -146,9 +146,9 @@ def _moved(truth: Similarity2, middle: NDArray[np.float64], move: NDArray[np.flo
     return Similarity2(float(x), float(y), turn.yaw, turn.scale) @ truth
 
 
-def _looks(there: GridFrame, here: GridFrame, charts: tuple[Chart, Chart], place: Similarity2) -> float:
-    cells = metres_from_chart(there, charts[0]).inverse() @ place @ metres_from_chart(here, charts[1])
-    return compare_walls(*charts, cells, POINTS).agreement
+def _looks(there: GridFrame, here: GridFrame, charts: tuple[PreparedMap, PreparedMap], place: Similarity2) -> float:
+    cells = metres_from_prepared(there, charts[0]).inverse() @ place @ metres_from_prepared(here, charts[1])
+    return measure_wall_overlap(*charts, cells, POINTS).agreement
 
 
 def _wrong(size: float, fixed: bool, rng: np.random.Generator) -> NDArray[np.float64]:

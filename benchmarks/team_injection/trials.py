@@ -13,11 +13,11 @@ from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_
 from benchmarks.team_injection.injection import inject
 from mapping.geometry.similarity2 import Similarity2
 from merge.merger import merge_maps
-from merge.multimap.cluster import Group
+from merge.multimap.cluster import Cluster
 from merge.multimap.consistency import consistent
-from merge.multimap.edge import Ground, edge_of
-from merge.multimap.overlap_likelihood import Witness
-from merge.pair.feature_cache import Shelf
+from merge.multimap.edge import LocalFrame, edge_of
+from merge.multimap.overlap_likelihood import OverlapLikelihood
+from merge.pair.feature_cache import FeatureCache
 from merge.records.result import MergeResult, PairResult
 from worlds.families.registry import make_world
 
@@ -73,10 +73,10 @@ def injection_trial(seed: int, share: float = 0.3, draws: int = 1, maps: int | N
     )
 
 
-def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Group]:
-    shelf = Shelf()
-    grounds = Ground.all(team.maps, shelf)
-    witness = Witness(team.maps, grounds, shelf)
+def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Cluster]:
+    shelf = FeatureCache()
+    grounds = LocalFrame.all(team.maps, shelf)
+    witness = OverlapLikelihood(team.maps, grounds, shelf)
     place = team.maps.names.index
     edges = [edge_of(pair, (place(pair.target), place(pair.source)), grounds) for pair in pairs]
     return consistent(len(team.maps), edges, witness, team.maps.resolutions_trusted)

@@ -14,28 +14,28 @@ Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class Motions:
+class Similarity2Array:
     """Similarities p' = turn p + shift of the plane of complex numbers, in arrays of any shape; they broadcast."""
 
     turn: Complex
     shift: Complex
 
     @staticmethod
-    def of(motions: Iterable[Similarity2]) -> Motions:
+    def of(motions: Iterable[Similarity2]) -> Similarity2Array:
         """Those (N,)."""
         rows = np.array([(m.x, m.y, m.yaw, m.scale) for m in motions], np.float64).reshape(-1, 4)
-        return Motions(rows[:, 3] * np.exp(1j * rows[:, 2]), rows[:, 0] + 1j * rows[:, 1])
+        return Similarity2Array(rows[:, 3] * np.exp(1j * rows[:, 2]), rows[:, 0] + 1j * rows[:, 1])
 
-    def __getitem__(self, index: object) -> Motions:
-        return Motions(self.turn[index], self.shift[index])  # type: ignore[call-overload]
+    def __getitem__(self, index: object) -> Similarity2Array:
+        return Similarity2Array(self.turn[index], self.shift[index])  # type: ignore[call-overload]
 
-    def __matmul__(self, other: Motions) -> Motions:
-        return Motions(self.turn * other.turn, self.turn * other.shift + self.shift)
+    def __matmul__(self, other: Similarity2Array) -> Similarity2Array:
+        return Similarity2Array(self.turn * other.turn, self.turn * other.shift + self.shift)
 
-    def inverse(self) -> Motions:
-        return Motions(1.0 / self.turn, -self.shift / self.turn)
+    def inverse(self) -> Similarity2Array:
+        return Similarity2Array(1.0 / self.turn, -self.shift / self.turn)
 
-    def minus(self, other: Motions) -> NDArray[np.float64]:
+    def minus(self, other: Similarity2Array) -> NDArray[np.float64]:
         """The moves (..., 4) that take the others to these: shift x, y, turn [rad] and growth [log scale]."""
         shift, turn = self.shift - other.shift, self.turn / other.turn
         return np.stack((shift.real, shift.imag, np.angle(turn), np.log(np.abs(turn))), axis=-1)

@@ -23,7 +23,7 @@ LARGEST_OFFSET = 1e7
 
 
 @dataclass(frozen=True)
-class DisguiseRanges:
+class FramePerturbationRanges:
     """What disguises are drawn from: rotation and offset uniform, the logarithm of the scale the sum of two uniform
     numbers, one of the team and one of the map, so that scales in the middle are likelier than those at the ends.
 
@@ -56,11 +56,11 @@ class DisguiseRanges:
         return self.scale_low == self.scale_high == 1.0
 
 
-HONEST = DisguiseRanges(scale_low=1.0, scale_high=1.0)
+HONEST = FramePerturbationRanges(scale_low=1.0, scale_high=1.0)
 """Turned and shifted, but the stated resolution is the true one."""
 
 
-def draw_disguises(seed: int, maps: int, ranges: DisguiseRanges) -> tuple[Similarity2, ...]:
+def draw_frame_perturbations(seed: int, maps: int, ranges: FramePerturbationRanges) -> tuple[Similarity2, ...]:
     """``start_from_map`` of each map of a team: from metres as the disguised map will state them to metres of the
     robot's start frame.
 
@@ -76,7 +76,7 @@ def draw_disguises(seed: int, maps: int, ranges: DisguiseRanges) -> tuple[Simila
     return tuple(_draw(stream(seed, Role.DISGUISE, index), team, width / 2.0, ranges) for index in range(maps))
 
 
-def _draw(rng: np.random.Generator, team: float, width: float, ranges: DisguiseRanges) -> Similarity2:
+def _draw(rng: np.random.Generator, team: float, width: float, ranges: FramePerturbationRanges) -> Similarity2:
     along, turn, right, up = rng.random(4)
     scale = math.exp(team + width * (along - 0.5))
     yaw = ranges.max_yaw * (2.0 * turn - 1.0)
@@ -84,7 +84,7 @@ def _draw(rng: np.random.Generator, team: float, width: float, ranges: DisguiseR
     return Similarity2(x, y, yaw, 1.0 / scale).inverse()
 
 
-def disguise(grid: OccupancyGrid, start_from_map: Similarity2) -> OccupancyGrid:
+def perturb_frame(grid: OccupancyGrid, start_from_map: Similarity2) -> OccupancyGrid:
     """The grid as a map with origin yaw 0 in the frame on the right of ``start_from_map``, at the stated resolution.
 
     Cells keep the resolution that they state; their true size is ``start_from_map.scale`` times it. What becomes of

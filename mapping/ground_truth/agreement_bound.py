@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mapping.ground_truth.footprint_layers import DEEP, NEAR, NEITHER
-from mapping.ground_truth.rotated_footprint import TurnedFootprint
+from mapping.ground_truth.rotated_footprint import RotatedFootprint
 
 SIZE_STEP = 12
 """Transforms come in sizes that are multiples of this, so that few different ones are needed."""
@@ -46,7 +46,7 @@ class AgreementBound:
         best = cv2.dilate(says, np.ones((width, width), np.uint8)) if width > 1 else says
         return np.asarray(best, np.uint8)[first :: self.block, first :: self.block]
 
-    def over_blocks(self, moving: TurnedFootprint) -> list[NDArray[np.float32]]:
+    def over_blocks(self, moving: RotatedFootprint) -> list[NDArray[np.float32]]:
         """For each facing, the bound of each block of shifts (rows, cols), cyclic.
 
         Entry [i, j] is for the ``block`` x ``block`` shifts from (i - 1, j - 1) blocks on by which the moving

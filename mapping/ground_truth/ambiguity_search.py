@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mapping.ground_truth.agreement_bound import AgreementBound, least_bound, tightest_penalty
 from mapping.ground_truth.footprint_agreement import agreement_at
 from mapping.ground_truth.footprint_layers import NEAR, FootprintLayers
-from mapping.ground_truth.rotated_footprint import TurnedFootprint, Turning
+from mapping.ground_truth.rotated_footprint import FootprintRotation, RotatedFootprint
 
 ROTATION_STEP_DEG = 3
 QUARTERS = 4
@@ -50,7 +50,7 @@ class _Facing:
         return _Facing(walls, np.ascontiguousarray(np.rot90(self.says)), (last - self.true[1], self.true[0]))
 
 
-class SecondPlace:
+class AmbiguitySearch:
     """Looks for the best agreement of ``moving`` over ``fixed``, both of one world, about their cell ``centre``;
     placements within ``near_cells`` and ``near_deg`` of the true one do not count."""
 
@@ -61,7 +61,7 @@ class SecondPlace:
         self._facings = [_Facing(fixed.walls - fixed.corner, fixed.says, (row, col))]
         for _ in range(QUARTERS - 1):
             self._facings.append(self._facings[-1].turned_back())
-        self._turning = Turning(moving, centre)
+        self._turning = FootprintRotation(moving, centre)
         self._near_cells, self._near_deg = near
         self._total_walls = float(len(fixed.walls) + len(moving.walls))
         self._most_there = min(len(moving.walls), int(np.count_nonzero(fixed.says == NEAR)))
@@ -109,7 +109,7 @@ class SecondPlace:
         self,
         bound: AgreementBound,
         bounds: NDArray[np.float32],
-        moving: TurnedFootprint,
+        moving: RotatedFootprint,
         degrees: int,
         quarter: int,
         least: float | None = None,

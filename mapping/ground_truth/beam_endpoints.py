@@ -19,7 +19,7 @@ from mapping.robot.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class BeamEndpoints:
     """True cells (N, 2) row, col of the world where a robot's beams ended, and the mean place of those ends:
     ``true`` (N, 2) in the world [m], ``believed`` (N, 2) in the robot's start frame [m]."""
 
@@ -33,7 +33,9 @@ class Sightings:
         object.__setattr__(self, "believed", frozen_array(self.believed, np.float64))
 
 
-def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]) -> Sightings:
+def beam_endpoints(
+    log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]
+) -> BeamEndpoints:
     """Where beams were believed to end and where they truly ended, averaged over each true cell.
 
     ``start_from_base`` are the believed poses, one a scan; ``replaced`` (N, B) marks readings that noise made up.
@@ -55,14 +57,14 @@ def sightings(log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, rep
     return _averaged(believed, true, usable)
 
 
-def _averaged(believed: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> Sightings:
+def _averaged(believed: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> BeamEndpoints:
     low, high = _span(true, usable)
     rows, cols = (high - low + 1).tolist()
     place = np.full((rows, cols), -1, np.int32)
     seen, counts, sums = _sums(believed, true, usable, low, place, min(usable.size, rows * cols))
     order = np.argsort(seen)
     means = sums[order] / counts[order, None]
-    return Sightings(np.stack(np.divmod(seen[order], cols), axis=-1) + low, means[:, :2], means[:, 2:])
+    return BeamEndpoints(np.stack(np.divmod(seen[order], cols), axis=-1) + low, means[:, :2], means[:, 2:])
 
 
 def _directions(scans: Sequence[LidarScan]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.ground_truth.ambiguity_search import SecondPlace
+from mapping.ground_truth.ambiguity_search import AmbiguitySearch
 from mapping.ground_truth.footprint_layers import COARSE_RESOLUTION, FootprintLayers
 
 NEAR_DISTANCE = 1.0
@@ -53,7 +53,7 @@ def identifiability(
     centre = _middle(target, source)
     if centre is None or not len(fixed.walls) or not len(moving.walls):
         return Identifiability(0.0, 0.0)
-    search = SecondPlace(fixed, moving, centre, (NEAR_DISTANCE / COARSE_RESOLUTION, NEAR_ANGLE_DEG))
+    search = AmbiguitySearch(fixed, moving, centre, (NEAR_DISTANCE / COARSE_RESOLUTION, NEAR_ANGLE_DEG))
     return Identifiability(search.agreement(), search.rival())
 
 

@@ -14,7 +14,7 @@ from mapping.ground_truth.footprint_layers import NEITHER, FootprintLayers
 
 
 @dataclass(frozen=True, eq=False)
-class TurnedFootprint:
+class RotatedFootprint:
     """``walls`` (N, 2) row, col, each once, and what each cell ``says`` (rows, cols), in cells of a canvas in whose
     cell ``centre`` (row, col) lies the cell that the footprint was turned about."""
 
@@ -23,7 +23,7 @@ class TurnedFootprint:
     centre: tuple[int, int]
 
 
-class Turning:
+class FootprintRotation:
     """Turns one footprint about its coarse cell ``centre`` (2,) row, col."""
 
     def __init__(self, layers: FootprintLayers, centre: NDArray[np.int64]) -> None:
@@ -35,7 +35,7 @@ class Turning:
         side = 2 * self.reach + 1
         self._canvas = np.zeros((side, side), np.bool_)
 
-    def turned(self, angle: float) -> TurnedFootprint:
+    def turned(self, angle: float) -> RotatedFootprint:
         """Turned counter-clockwise by an angle [rad], with an empty cell all around it."""
         c, s = math.cos(angle), math.sin(angle)
         y, x = self._outline.T
@@ -48,7 +48,7 @@ class Turning:
         says = cv2.warpAffine(self._says, matrix, (side, side), flags=cv2.INTER_NEAREST, borderValue=NEITHER)
         walls = _turned_cells(self._walls, c, s, self.reach, self._canvas) - low
         centre = (self.reach - int(low[0]), self.reach - int(low[1]))
-        return TurnedFootprint(walls, np.asarray(says[low[0] : high[0] + 1, low[1] : high[1] + 1], np.uint8), centre)
+        return RotatedFootprint(walls, np.asarray(says[low[0] : high[0] + 1, low[1] : high[1] + 1], np.uint8), centre)
 
 
 @njit(cache=True)

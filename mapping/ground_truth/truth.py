@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.ground_truth.beam_endpoints import Sightings
+from mapping.ground_truth.beam_endpoints import BeamEndpoints
 from mapping.ground_truth.footprint_layers import FootprintLayers
 from mapping.ground_truth.identifiability import Identifiability, identifiability
 
@@ -34,7 +34,7 @@ class MapTruth:
 
 
 @dataclass(frozen=True)
-class PairPlaces:
+class PairOverlap:
     """``overlap`` is the share of commonly observed true cells in the smaller footprint; ``identifiability`` says
     whether the two footprints have one right answer."""
 
@@ -44,9 +44,9 @@ class PairPlaces:
     @staticmethod
     def of(
         target: OccupancyGrid, source: OccupancyGrid, layers: tuple[FootprintLayers, FootprintLayers] | None = None
-    ) -> PairPlaces:
+    ) -> PairOverlap:
         """Compare two footprints, in one world frame; ``layers`` are theirs where they are known already."""
-        return PairPlaces(overlap(target.known, source.known), identifiability(target, source, layers))
+        return PairOverlap(overlap(target.known, source.known), identifiability(target, source, layers))
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class PairTruth:
     fitted: bool
     common_cells: int
     residual: float | None
-    places: PairPlaces
+    places: PairOverlap
 
 
 def fit_rigid(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
@@ -80,7 +80,7 @@ def _rms(moved: NDArray[np.float64], target: NDArray[np.float64]) -> float:
     return math.sqrt(float(((moved - target) ** 2).sum(axis=1).mean()))
 
 
-def map_truth(seen: Sightings, world_from_start: SE2, start_from_map: Similarity2) -> MapTruth:
+def map_truth(seen: BeamEndpoints, world_from_start: SE2, start_from_map: Similarity2) -> MapTruth:
     """Where the map truly lies: best fit, and as the robot's start has it."""
     best = fit_rigid(seen.believed, seen.true)
     return MapTruth(
@@ -90,7 +90,7 @@ def map_truth(seen: Sightings, world_from_start: SE2, start_from_map: Similarity
     )
 
 
-def common_rows(a: Sightings, b: Sightings) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def common_rows(a: BeamEndpoints, b: BeamEndpoints) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of a and of b that tell of the same true cells, (N,) each."""
     both = np.concatenate((a.cells, b.cells))
     low = both.min(axis=0)
@@ -101,11 +101,11 @@ def common_rows(a: Sightings, b: Sightings) -> tuple[NDArray[np.int64], NDArray[
 
 
 def pair_truth(
-    target: Sightings,
-    source: Sightings,
+    target: BeamEndpoints,
+    source: BeamEndpoints,
     target_start_from_map: Similarity2,
     source_start_from_map: Similarity2,
-    places: PairPlaces,
+    places: PairOverlap,
 ) -> PairTruth:
     """What takes the source map to the target map where both saw the same walls."""
     rows_t, rows_s = common_rows(target, source)

@@ -11,6 +11,6 @@ FrontEnd = Callable[[RobotLog], Trajectory]
 """From a log to ``start_from_base``, one pose a scan, the first at the identity."""
 
 
-def by_odometry(log: RobotLog) -> Trajectory:
+def odometry_front_end(log: RobotLog) -> Trajectory:
     """Odometry as it stands, told in the frame of the robot's start."""
     return log.odometry.from_start()

@@ -26,7 +26,7 @@ from mapquilt.runs.folder import refuse_foreign
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.reliability import reliability_figure
 from merge.settings import MergeSettings
-from merge.verification.acceptance import DecisionSettings
+from merge.verification.acceptance import AcceptanceSettings
 
 SCHEMA = "mapquilt-calibration/1"
 CALIBRATION_FILE = "calibration.json"
@@ -95,6 +95,6 @@ def _trials(
         return run_benchmark(pairs, (MergeSettings(method),), seed, workers, on_progress)
 
 
-def decision_record(fitted: DecisionSettings, checked: Calibration) -> dict[str, Any]:
+def decision_record(fitted: AcceptanceSettings, checked: Calibration) -> dict[str, Any]:
     """What calibration.json holds; schema ``calibration``."""
     return {"schema": SCHEMA, "decision": dataclasses.asdict(fitted), "check": calibration_record(checked)}

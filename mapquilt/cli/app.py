@@ -57,7 +57,7 @@ from merge.merger import merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
-from merge.verification.acceptance import MIN_CONFIDENCE, DecisionSettings
+from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings
 from sim.mission.settings import PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive, DriveLimits
@@ -363,12 +363,12 @@ def lidars() -> int:
     return ALL_MERGED
 
 
-def _decision(min_confidence: float | None, as_published: bool) -> DecisionSettings:
+def _decision(min_confidence: float | None, as_published: bool) -> AcceptanceSettings:
     if min_confidence is None:
-        return DecisionSettings()
+        return AcceptanceSettings()
     if as_published:
         raise ValueError(f"--min-confidence {min_confidence:g}: with --as-published the method's own rule decides")
-    return DecisionSettings(min_confidence=min_confidence)
+    return AcceptanceSettings(min_confidence=min_confidence)
 
 
 def _maps(number: int) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from mapping.geometry.scale_range import ScaleRange
-from mapping.grid.frame_perturbation import DisguiseRanges
+from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapquilt.numbers import parse_range
 
 _DISGUISES = {"hidden": (0.5, 2.0), "honest": (1.0, 1.0)}
@@ -15,7 +15,7 @@ WIDEST = 20.0
 """Scales are searched from its inverse up to it."""
 
 
-def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> DisguiseRanges:
+def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> FramePerturbationRanges:
     """What disguises are drawn from; ``scale`` is hidden (0.5 to 2), honest (1) or LO:HI.
 
     Raises ``ValueError`` naming the setting and the value.
@@ -26,7 +26,7 @@ def disguise_ranges(scale: str, max_rotation_deg: float, max_offset: float) -> D
         raise ValueError(f"scale is {scale}, must be hidden, honest or LO:HI such as 0.8:1.25") from None
     if not 0.0 <= max_rotation_deg <= 180.0:
         raise ValueError(f"max_rotation is {max_rotation_deg:g}, must lie between 0 and 180 degrees")
-    return DisguiseRanges(*bounds, math.radians(max_rotation_deg), max_offset)
+    return FramePerturbationRanges(*bounds, math.radians(max_rotation_deg), max_offset)
 
 
 def searched_scales(scale: str) -> ScaleRange | None:

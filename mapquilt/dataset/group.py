@@ -13,7 +13,7 @@ from mapping.io.atomic import write_bytes_aside
 from mapquilt.cli.place import open_place
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
-from mapquilt.evaluation.true_places import TruePlaces, true_places
+from mapquilt.evaluation.true_places import TrueFootprints, true_places
 from mapquilt.json_file import read_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.sample import Sample, make_sample
@@ -58,7 +58,7 @@ def make_group(plan: MissionPlan) -> Group:
         return Group(failed, {sample.index: failed for sample in plan.samples})
     settings = [sample.settings for sample in plan.samples]
     seen = SeenSlices(mission, {one.parts for one in settings}, settings[0].clear_range)
-    places: dict[int, TruePlaces] = {}
+    places: dict[int, TrueFootprints] = {}
     samples = {sample.index: _make_sample(plan, sample, mission, seen, places) for sample in plan.samples}
     return Group(_made_mission(plan, mission), samples)
 
@@ -87,7 +87,7 @@ def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
 
 
 def _make_sample(
-    plan: MissionPlan, sample: SamplePlan, mission: Mission, seen: SeenSlices, places: dict[int, TruePlaces]
+    plan: MissionPlan, sample: SamplePlan, mission: Mission, seen: SeenSlices, places: dict[int, TrueFootprints]
 ) -> Made:
     settings = sample.settings
     try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mapping.grid.frame_perturbation import DisguiseRanges
+from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.seeds import Role, derived_seed, stream
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
 from mapquilt.evaluation.true_places import map_names
@@ -93,7 +93,7 @@ def _settings(combination: tuple[object, ...], seed: int, index: int) -> SampleS
     return SampleSettings(
         noise=noise,  # type: ignore[arg-type]
         poses=poses,  # type: ignore[arg-type]
-        disguise=DisguiseRanges(*scale),  # type: ignore[misc]
+        disguise=FramePerturbationRanges(*scale),  # type: ignore[misc]
         parts=parts,  # type: ignore[arg-type]
         resolution=resolution,  # type: ignore[arg-type]
         model=model,  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from mapping.grid.frame_perturbation import DisguiseRanges
+from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.grid.sensor_model import sensor_model
 from mapping.io.safe_load import read_yaml, yaml_value
 from mapquilt.evaluation.true_places import check_parts
@@ -76,7 +76,7 @@ class SamplesSpec(_Strict):
             if not getattr(self, name):
                 raise ValueError(f"{name} lists no value")
         for low, high in self.scale:
-            DisguiseRanges(low, high)
+            FramePerturbationRanges(low, high)
         for parts in self.parts:
             check_parts(parts)
         for model in self.sensor_model:

@@ -12,7 +12,7 @@ from scipy.special import expit
 from mapquilt.evaluation.strata import OVERLAPS, overlap_class
 from mapquilt.evaluation.trial import Answer, Trial
 from merge.records.result import Evidence
-from merge.verification.acceptance import DecisionSettings, decide, features
+from merge.verification.acceptance import AcceptanceSettings, decide, features
 
 RIDGE = 1e-8
 FITTED = ("lead", "contradiction", "threshold")
@@ -22,7 +22,7 @@ SIGNS = np.array([1.0, -1.0])
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
-def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSettings()) -> DecisionSettings:  # noqa: B008
+def fit_decision(trials: Sequence[Trial], start: AcceptanceSettings = AcceptanceSettings()) -> AcceptanceSettings:  # noqa: B008
     """``start`` with ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, the first two not negative
     (logistic regression).
 
@@ -50,7 +50,7 @@ def fit_decision(trials: Sequence[Trial], start: DecisionSettings = DecisionSett
     return dataclasses.replace(start, **fitted)
 
 
-def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Trial]:
+def judged_again(trials: Sequence[Trial], settings: AcceptanceSettings) -> list[Trial]:
     """The trials as they would have been decided by other constants."""
     return [
         dataclasses.replace(trial, answers=tuple(_decided(answer, settings) for answer in trial.answers))
@@ -58,7 +58,7 @@ def judged_again(trials: Sequence[Trial], settings: DecisionSettings) -> list[Tr
     ]
 
 
-def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
+def _decided(answer: Answer, settings: AcceptanceSettings) -> Answer:
     if answer.evidence is None:
         return answer
     decision = decide(answer.evidence, settings)
@@ -67,7 +67,7 @@ def _decided(answer: Answer, settings: DecisionSettings) -> Answer:
     )
 
 
-def _open(trial: Trial, settings: DecisionSettings) -> list[Evidence]:
+def _open(trial: Trial, settings: AcceptanceSettings) -> list[Evidence]:
     """The evidence where the fitted rule decides, and not one of the others; nothing elsewhere."""
     evidence = trial.answers[0].evidence
     if evidence is None:

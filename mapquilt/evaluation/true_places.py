@@ -11,7 +11,7 @@ from pathlib import Path
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint
 from mapping.ground_truth.footprint_layers import FootprintLayers
-from mapping.ground_truth.truth import PairPlaces
+from mapping.ground_truth.truth import PairOverlap
 from mapping.io.map_file import map_files
 from mapping.robot.robot_log import RobotTruth
 from mapquilt.runs.seen_slices import SeenSlices, part_bounds
@@ -35,12 +35,12 @@ class TrueMap:
 
 
 @dataclass(frozen=True, eq=False)
-class TruePlaces:
+class TrueFootprints:
     """The world's true raster, the maps to be, and for each pair (target before source) how their places relate."""
 
     world: OccupancyGrid
     maps: tuple[TrueMap, ...]
-    pairs: dict[tuple[str, str], PairPlaces]
+    pairs: dict[tuple[str, str], PairOverlap]
 
     @cached_property
     def raster_files(self) -> dict[str, dict[str, bytes]]:
@@ -73,7 +73,7 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
 
 def true_places(
     mission: Mission, parts: int = 1, seen: SeenSlices | None = None, on_step: Callable[[], None] = lambda: None
-) -> TruePlaces:
+) -> TrueFootprints:
     """Cut each robot's mission in time into equal parts, and find what each part could have seen.
 
     ``seen`` is what the same mission's robots saw, cut into as many parts among others. ``on_step`` is called after
@@ -91,9 +91,9 @@ def true_places(
     layers = {one.name: FootprintLayers.of(one.footprint) for one in maps}
     pairs = {}
     for a, b in itertools.combinations(maps, 2):
-        pairs[a.name, b.name] = PairPlaces.of(a.footprint, b.footprint, (layers[a.name], layers[b.name]))
+        pairs[a.name, b.name] = PairOverlap.of(a.footprint, b.footprint, (layers[a.name], layers[b.name]))
         on_step()
-    return TruePlaces(world, tuple(maps), pairs)
+    return TrueFootprints(world, tuple(maps), pairs)
 
 
 def _true_map(

@@ -18,7 +18,7 @@ from merge.literature.chen2021.corner_consensus import Agreement
 from merge.literature.chen2021.morphology import CorrectedMap, Morphology, one_a_quarter
 from merge.literature.chen2021.wall_icp import icp
 from merge.pair.feature_cache import MARGIN_CELLS
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.verification.cell_overlap import compare_cells
 
 
@@ -52,7 +52,7 @@ class TeamSteps:
 def corrected_maps(grids: Sequence[OccupancyGrid]) -> tuple[CorrectedMap, ...]:
     """Each map corrected, in cells, with the margin that the merger gives it."""
     method = Morphology()
-    return tuple(method.describe(Chart(_in_cells(grid))) for grid in grids)
+    return tuple(method.describe(PreparedMap(_in_cells(grid))) for grid in grids)
 
 
 def _in_cells(grid: OccupancyGrid) -> OccupancyGrid:

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from mapping.slam.front_end import by_odometry
-from mapping.grid.frame_perturbation import DisguiseRanges, disguise, draw_disguises
+from mapping.slam.front_end import odometry_front_end
+from mapping.grid.frame_perturbation import FramePerturbationRanges, perturb_frame, draw_frame_perturbations
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.log_odds import map_log
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapping.seeds import check_seed
 from mapping.grid.sensor_model import sensor_model
-from mapping.ground_truth.beam_endpoints import Sightings, sightings
+from mapping.ground_truth.beam_endpoints import BeamEndpoints, beam_endpoints
 from mapping.geometry.similarity2 import Similarity2
 from mapping.ground_truth.truth import (
     MapTruth,
@@ -23,7 +23,7 @@ from mapping.ground_truth.truth import (
     pair_truth,
 )
 from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.evaluation.true_places import TrueMap, TruePlaces, check_parts, true_places
+from mapquilt.evaluation.true_places import TrueMap, TrueFootprints, check_parts, true_places
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from sim.sensors.lidar_presets import lidar_preset
 from sim.mission.mission import Mission
@@ -44,7 +44,7 @@ class SampleSettings:
 
     noise: float = 1.0
     poses: Poses = "odometry"
-    disguise: DisguiseRanges = field(default_factory=DisguiseRanges)
+    disguise: FramePerturbationRanges = field(default_factory=FramePerturbationRanges)
     resolution: float = 0.05
     model: str = "octomap"
     clear_range: float = 0.0
@@ -76,7 +76,7 @@ class Sample:
     maps: MapSet
     logs: tuple[RobotLog, ...]
     truth: RunTruth
-    places: TruePlaces
+    places: TrueFootprints
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class _MapSample:
     log: RobotLog
     grid: OccupancyGrid
     start_from_map: Similarity2
-    seen: Sightings
+    seen: BeamEndpoints
     truth: MapTruth
 
 
@@ -97,7 +97,7 @@ def sample_steps(robots: int, parts: int) -> int:
 def make_sample(
     mission: Mission,
     settings: SampleSettings,
-    places: TruePlaces | None = None,
+    places: TrueFootprints | None = None,
     on_step: Callable[[], None] = lambda: None,
 ) -> Sample:
     """Sense, map and disguise a mission once; the same settings give the same sample.
@@ -112,7 +112,7 @@ def make_sample(
         sense(truth, settings.noise_of(lidar), settings.seed, index)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
     ]
-    disguises = draw_disguises(settings.seed, len(places.maps), settings.disguise)
+    disguises = draw_frame_perturbations(settings.seed, len(places.maps), settings.disguise)
     made = []
     for place, start_from_map in zip(places.maps, disguises, strict=True):
         made.append(_make_map(sensed[place.robot], place, settings, start_from_map))
@@ -139,26 +139,26 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
 
 def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
     log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
-    believed = by_odometry(log) if settings.poses == "odometry" else truth.trajectory.from_start()
+    believed = odometry_front_end(log) if settings.poses == "odometry" else truth.trajectory.from_start()
     drawn = map_log(log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
-    seen = sightings(log, truth, believed, sensed.replaced[place.start : place.stop])
+    seen = beam_endpoints(log, truth, believed, sensed.replaced[place.start : place.stop])
     return _MapSample(
         log=log,
-        grid=disguise(drawn, start_from_map),
+        grid=perturb_frame(drawn, start_from_map),
         start_from_map=start_from_map,
         seen=seen,
         truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
     )
 
 
-def _origins(places: TruePlaces, made: list[_MapSample]) -> tuple[RobotOrigin, ...]:
+def _origins(places: TrueFootprints, made: list[_MapSample]) -> tuple[RobotOrigin, ...]:
     return tuple(
         RobotOrigin(place.name, place.truth.trajectory.pose(0), one.start_from_map, one.truth)
         for place, one in zip(places.maps, made, strict=True)
     )
 
 
-def _pair_truths(places: TruePlaces, made: dict[str, _MapSample]) -> dict[tuple[str, str], PairTruth]:
+def _pair_truths(places: TrueFootprints, made: dict[str, _MapSample]) -> dict[tuple[str, str], PairTruth]:
     pairs = {}
     for (target, source), pair in places.pairs.items():
         a, b = made[target], made[source]

@@ -9,7 +9,7 @@ from typing import Any
 from mapping.ground_truth.identifiability import Identifiability
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
-from mapping.ground_truth.truth import MapTruth, PairPlaces, PairTruth
+from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapquilt.json_file import read_record, similarity_from_record, similarity_record, write_record
 
 SCHEMA = "mapquilt-truth/1"
@@ -99,5 +99,5 @@ def _pair(entry: dict[str, Any]) -> PairTruth:
         entry["fitted"],
         entry["common_wall_cells"],
         entry["residual_m"],
-        PairPlaces(entry["overlap"], Identifiability(entry["true_agreement"], entry["rival_agreement"])),
+        PairOverlap(entry["overlap"], Identifiability(entry["true_agreement"], entry["rival_agreement"])),
     )

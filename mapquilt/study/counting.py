@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mapping.seeds import Role, stream
 from mapquilt.evaluation.intervals import LEVEL, RESAMPLES, Interval, Share, over_clusters
 from mapquilt.study.plan import Level, StudyPlan
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from mapquilt.study.trial import PairTrial, TeamTrial
 
 
@@ -73,7 +73,7 @@ class CellTime:
     p90_s: float
 
 
-def counts(trial: PairTrial, setup: Setup, min_overlap: float) -> bool:
+def counts(trial: PairTrial, setup: ExperimentConfig, min_overlap: float) -> bool:
     """Whether a pair is asked for: it has one right answer, and the overlap that the level is about, or enough."""
     if setup.overlap is not None:
         return trial.identifiable and setup.overlap[0] <= trial.overlap <= setup.overlap[1] and trial.overlap > 0.0

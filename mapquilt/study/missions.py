@@ -12,7 +12,7 @@ from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapquilt.cli.place import open_place
 from mapquilt.jobs.mission_cache import MissionCache
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from sim.mission.mission import Mission, simulate
 from sim.mission.overlap import overlap_cut
 from sim.mission.settings import MissionSettings
@@ -20,7 +20,7 @@ from sim.sensors.lidar import Lidar
 from worlds.raster import true_raster
 
 
-def largest_mission(world: str, seed: int, setups: Sequence[Setup], cache: Path | None) -> Mission:
+def largest_mission(world: str, seed: int, setups: Sequence[ExperimentConfig], cache: Path | None) -> Mission:
     """The mission with the most robots and the longest time of these setups, which share their drive.
 
     Raises ``ValueError`` where the world does not hold the robots.
@@ -37,7 +37,7 @@ def largest_mission(world: str, seed: int, setups: Sequence[Setup], cache: Path 
     return kept.mission
 
 
-def cut_mission(mission: Mission, setup: Setup) -> Mission:
+def cut_mission(mission: Mission, setup: ExperimentConfig) -> Mission:
     """The first robots, for so long, with every so many-th beam, and ended where they overlap as wanted.
 
     What does not depend on time or on the others is as it would be if it had been simulated so. Where no ends reach
@@ -52,7 +52,7 @@ def cut_mission(mission: Mission, setup: Setup) -> Mission:
     return kept.cut(overlap_cut(kept.robots, frame, setup.overlap, setup.clear_range).scans)
 
 
-def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: Setup) -> Mission:
+def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: ExperimentConfig) -> Mission:
     settings = mission.settings
     robots = settings.robots[: len(truths)]
     if setup.beams is not None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from mapping.seeds import Role, check_seed, derived_seed
 from mapquilt.cli.place import open_place
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from mapquilt.study.variables import SWEEPS, Variable, parse_assignment
 from merge.settings import MergeSettings
 
@@ -48,7 +48,7 @@ class MissionTask:
     world: str
     seed: int
     sample_seed: int
-    levels: tuple[tuple[Level, Setup], ...]
+    levels: tuple[tuple[Level, ExperimentConfig], ...]
     methods: tuple[Method, ...]
     cache: Path | None
 
@@ -63,7 +63,7 @@ class StudyPlan:
 
     varied: tuple[Varied, ...]
     fixed: tuple[tuple[str, str], ...]
-    setups: tuple[tuple[Level, Setup], ...]
+    setups: tuple[tuple[Level, ExperimentConfig], ...]
     methods: tuple[Method, ...]
     worlds: tuple[str, ...]
     missions: int
@@ -165,8 +165,8 @@ def _refuse_doubles(option: str, values: Sequence[str]) -> None:
             raise ValueError(f"{option} {value}: is named twice")
 
 
-def _start(fixed: Sequence[str], varied: Sequence[Varied]) -> Setup:
-    setup = Setup()
+def _start(fixed: Sequence[str], varied: Sequence[Varied]) -> ExperimentConfig:
+    setup = ExperimentConfig()
     names = [one.variable.name for one in varied]
     for text in fixed:
         found, value = parse_assignment("--set", text)
@@ -177,12 +177,12 @@ def _start(fixed: Sequence[str], varied: Sequence[Varied]) -> Setup:
     return setup
 
 
-def _at(start: Setup, varied: Sequence[Varied], level: Level) -> Setup:
+def _at(start: ExperimentConfig, varied: Sequence[Varied], level: Level) -> ExperimentConfig:
     steps = zip(varied, level, strict=True)
     return reduce(lambda setup, step: _applied("--vary", step[0].variable, setup, step[1]), steps, start)
 
 
-def _applied(option: str, found: Variable, setup: Setup, value: str) -> Setup:
+def _applied(option: str, found: Variable, setup: ExperimentConfig, value: str) -> ExperimentConfig:
     try:
         return found.applied(setup, value)
     except ValueError as error:

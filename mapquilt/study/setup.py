@@ -8,7 +8,7 @@ from mapquilt.cli.scale_options import disguise_ranges, searched_scales
 from mapquilt.cli.sensor_options import chosen_lidar
 from mapquilt.runs.sample import Poses, SampleSettings
 from merge.settings import MergeSettings
-from merge.verification.acceptance import MIN_CONFIDENCE, DecisionSettings
+from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings, PolicyName
 from sim.mission.starts import Starts
@@ -20,7 +20,7 @@ DERIVED = ("robots", "duration", "beams", "overlap")
 
 
 @dataclass(frozen=True)
-class Setup:
+class ExperimentConfig:
     """Each setting under the name that the command line gives it; ``world`` None is that of the mission.
 
     The first eleven make the mission, the next ten the maps, the last two the merge. Raises ``ValueError`` naming the
@@ -84,22 +84,22 @@ class Setup:
         )
 
     def merge(self, method: str, as_published: bool) -> MergeSettings:
-        decision = DecisionSettings(min_confidence=self.min_confidence)
+        decision = AcceptanceSettings(min_confidence=self.min_confidence)
         return MergeSettings(method, searched_scales(self.search), as_published, decision)
 
-    def drive_part(self) -> Setup:
+    def drive_part(self) -> ExperimentConfig:
         """This setup with all but what the simulation depends on at its default; equal ones share a mission."""
         names = ("world", "width", "height", "lidar", "rate", "starts", "drive", "policy")
-        return replace(Setup(), **{name: getattr(self, name) for name in names})
+        return replace(ExperimentConfig(), **{name: getattr(self, name) for name in names})
 
-    def place_part(self) -> Setup:
+    def place_part(self) -> ExperimentConfig:
         """This setup without what the true places do not depend on; equal ones share them."""
         kept = {field.name for field in fields(self)} - _OF_THE_MAPS - _OF_THE_MERGE
-        return replace(Setup(), **{name: getattr(self, name) for name in kept | {"clear_range", "parts"}})
+        return replace(ExperimentConfig(), **{name: getattr(self, name) for name in kept | {"clear_range", "parts"}})
 
-    def map_part(self) -> Setup:
+    def map_part(self) -> ExperimentConfig:
         """This setup without the merge's settings; equal ones share their maps."""
-        return replace(self, **{name: getattr(Setup(), name) for name in _OF_THE_MERGE})
+        return replace(self, **{name: getattr(ExperimentConfig(), name) for name in _OF_THE_MERGE})
 
 
 _OF_THE_MERGE = frozenset(("search", "min_confidence"))

@@ -18,12 +18,12 @@ from mapping.map_set import MapSet
 from mapquilt.evaluation.map_quality import map_quality
 from mapquilt.evaluation.transform_error import RIGHT, TransformError, transform_error
 from mapquilt.evaluation.trial import one_thread, warm_up
-from mapquilt.evaluation.true_places import TruePlaces, true_places
+from mapquilt.evaluation.true_places import TrueFootprints, true_places
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.seen_slices import SeenSlices
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from merge.merger import merge_maps
 from merge.records.result import MergeResult, PairResult
 from sim.mission.mission import Mission
@@ -113,19 +113,19 @@ def run_mission(task: MissionTask) -> MissionTrials:
     with one_thread(), warnings.catch_warnings(record=True) as odd:
         warnings.simplefilter("always", UserWarning)
         for method in task.methods:
-            warm_up(Setup().merge(method.name, method.as_published))
+            warm_up(ExperimentConfig().merge(method.name, method.as_published))
         _run(task, trials)
     trials.warnings = [str(one.message) for one in odd if one.category is UserWarning]
     return trials
 
 
 def _run(task: MissionTask, trials: MissionTrials) -> None:
-    by_drive: dict[Setup, list[Setup]] = {}
+    by_drive: dict[ExperimentConfig, list[ExperimentConfig]] = {}
     for _, setup in task.levels:
         by_drive.setdefault(setup.drive_part(), []).append(setup)
-    missions: dict[Setup, Mission] = {}
-    places: dict[Setup, tuple[Mission, TruePlaces]] = {}
-    samples: dict[Setup, Sample] = {}
+    missions: dict[ExperimentConfig, Mission] = {}
+    places: dict[ExperimentConfig, tuple[Mission, TrueFootprints]] = {}
+    samples: dict[ExperimentConfig, Sample] = {}
     for number, (level, setup) in enumerate(task.levels):
         drive, place, maps = setup.drive_part(), setup.place_part(), setup.map_part()
         try:
@@ -157,7 +157,7 @@ def _map_bytes(folder: str, maps: MapSet) -> dict[str, bytes]:
 def _merge(
     task: MissionTask,
     level: Level,
-    setup: Setup,
+    setup: ExperimentConfig,
     method: Method,
     sample: Sample,
     folder: str,
@@ -193,7 +193,7 @@ def _of_two_robots(sample: Sample, result: MergeResult) -> Iterator[PairResult]:
     yield from (pair for pair in result.pairs if robot[pair.target] != robot[pair.source])
 
 
-def _seen_by_team(places: TruePlaces) -> OccupancyGrid:
+def _seen_by_team(places: TrueFootprints) -> OccupancyGrid:
     known = reduce(np.logical_or, (place.footprint.known for place in places.maps))
     return OccupancyGrid(places.world.frame, np.where(known, places.world.log_odds, np.float32(0.0)))
 
@@ -202,7 +202,7 @@ def _trial(
     mission: str,
     world: str,
     level: Level,
-    setup: Setup,
+    setup: ExperimentConfig,
     method: Method,
     sample: Sample,
     pair: PairResult,

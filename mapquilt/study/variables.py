@@ -9,12 +9,12 @@ from types import MappingProxyType
 from typing import Any
 
 from mapquilt.numbers import parse_number, parse_range
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from sim.sensors.noise import COMPONENTS
 from sim.sensors.odometry import OdometryNoise
 from sim.sensors.range_noise import RangeNoise
 
-Change = Callable[[Setup, str], Setup]
+Change = Callable[[ExperimentConfig, str], ExperimentConfig]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Variable:
     def axis(self) -> str:
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
-    def applied(self, setup: Setup, text: str) -> Setup:
+    def applied(self, setup: ExperimentConfig, text: str) -> ExperimentConfig:
         """The setup with this value. Raises ``ValueError`` naming the setting and the text."""
         try:
             return self.change(setup, text)
@@ -56,16 +56,16 @@ def parse_assignment(option: str, text: str) -> tuple[Variable, str]:
         raise ValueError(f"{option} {text}: {error}") from None
 
 
-def _field(name: str, parse: Callable[[str], Any], setup: Setup, text: str) -> Setup:
+def _field(name: str, parse: Callable[[str], Any], setup: ExperimentConfig, text: str) -> ExperimentConfig:
     return replace(setup, **{name: parse(text)})
 
 
-def _component(name: str, setup: Setup, text: str) -> Setup:
+def _component(name: str, setup: ExperimentConfig, text: str) -> ExperimentConfig:
     kept = tuple(one for one in setup.components if one[0] != name)
     return replace(setup, components=(*kept, (name, parse_number(text))))
 
 
-def _level(part: str, defaults: RangeNoise | OdometryNoise, setup: Setup, text: str) -> Setup:
+def _level(part: str, defaults: RangeNoise | OdometryNoise, setup: ExperimentConfig, text: str) -> ExperimentConfig:
     """All components of the lidar, or of the odometry, at a level of their own."""
     scaled = defaults.scaled(parse_number(text))
     kept = tuple(one for one in setup.components if not one[0].startswith(f"{part}."))

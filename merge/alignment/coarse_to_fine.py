@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.icp import descend
-from merge.preparation.prepared_map import Chart
-from merge.verification.wall_overlap import compare_walls, tolerance_cells
+from merge.alignment.icp import icp_batch
+from merge.preparation.prepared_map import PreparedMap
+from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cells
 
 SAME_AGREEMENT = 0.005
 """A difference that thinning and rounding make."""
 
 
 @dataclass(frozen=True)
-class RefinementSettings:
+class CoarseToFineSettings:
     """The gate (how far apart two points may lie and still be paired) shrinks by ``shrink`` from ``first_gate_share``
     of the smaller map's diagonal to ``last_gate_cells`` cells of the coarser map, then stays for ``last_steps``.
     """
@@ -40,21 +40,23 @@ class RefinementSettings:
 
 
 def refine(
-    target: Chart,
-    source: Chart,
+    target: PreparedMap,
+    source: PreparedMap,
     start: Similarity2,
     scale: ScaleRange,
-    settings: RefinementSettings = RefinementSettings(),
+    settings: CoarseToFineSettings = CoarseToFineSettings(),
 ) -> Similarity2:
     """Improve ``target_from_source`` (cells) by Gauss-Newton on surface points paired with their nearest, both ways.
 
-    Source: ``descend``, pairs that face opposite ways dropped, weights falling to zero at a gate that
+    Source: ``icp_batch``, pairs that face opposite ways dropped, weights falling to zero at a gate that
     shrinks. On bent maps a tight gate locks onto one
     part, so of the answers at three gates the one whose walls agree best is kept, the tightest of equals; ``start``
     itself where none is better.
     """
     answers = _descend(target, source, start, scale, settings)
-    agreements = [compare_walls(target, source, answer, settings.most_points).agreement for answer in (start, *answers)]
+    agreements = [
+        measure_wall_overlap(target, source, answer, settings.most_points).agreement for answer in (start, *answers)
+    ]
     best = max(agreements) - SAME_AGREEMENT
     if max(agreements[1:], default=0.0) < agreements[0] - SAME_AGREEMENT:
         return start
@@ -65,12 +67,12 @@ def refine(
     )
 
 
-def climb(
-    target: Chart,
-    source: Chart,
+def pattern_search(
+    target: PreparedMap,
+    source: PreparedMap,
     start: Similarity2,
     scale: ScaleRange,
-    settings: RefinementSettings = RefinementSettings(),
+    settings: CoarseToFineSettings = CoarseToFineSettings(),
 ) -> Similarity2:
     """Improve ``target_from_source`` (cells) by trying small moves and keeping those whose walls agree better.
 
@@ -79,14 +81,14 @@ def climb(
     """
     answer, centre = start, source.middle
     points = settings.most_points // 2
-    best = compare_walls(target, source, start, points).agreement
+    best = measure_wall_overlap(target, source, start, points).agreement
     step = tolerance_cells(target, source, start.scale) / 2.0
     arm = max(start.scale * source.diagonal / 4.0, 1.0)
     for _ in range(settings.climbs):
         moved = False
         for move in _moves(step, arm, scale.fixed):
             there = _shifted(answer, move, centre, scale)
-            agreement = compare_walls(target, source, there, points).agreement
+            agreement = measure_wall_overlap(target, source, there, points).agreement
             if agreement > best + SAME_AGREEMENT / 2.0:
                 answer, best, moved = there, agreement, True
         step = step if moved else step / 2.0
@@ -114,17 +116,19 @@ def _shifted(
 
 
 def _descend(
-    target: Chart, source: Chart, start: Similarity2, scale: ScaleRange, settings: RefinementSettings
+    target: PreparedMap, source: PreparedMap, start: Similarity2, scale: ScaleRange, settings: CoarseToFineSettings
 ) -> list[Similarity2]:
     """The answers at a wide, a middle and the last gate."""
     answer, answers = start, []
     for gates in _gates(target, source, start.scale, settings):
-        (answer,) = descend(target, source, [answer], gates[None, :], scale, settings.most_points)
+        (answer,) = icp_batch(target, source, [answer], gates[None, :], scale, settings.most_points)
         answers.append(answer)
     return answers
 
 
-def _gates(target: Chart, source: Chart, scale: float, settings: RefinementSettings) -> list[NDArray[np.float64]]:
+def _gates(
+    target: PreparedMap, source: PreparedMap, scale: float, settings: CoarseToFineSettings
+) -> list[NDArray[np.float64]]:
     """From the first to the last, cut where an answer is kept."""
     tolerance = tolerance_cells(target, source, scale)
     last = settings.last_gate_cells * max(1.0, scale)

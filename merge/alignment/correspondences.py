@@ -13,7 +13,7 @@ FACING_COSINE = 0.5
 Indices = NDArray[np.uint16] | NDArray[np.int32]
 
 Surface = tuple[NDArray[np.float64], NDArray[np.float64], Indices, NDArray[np.float32], int]
-"""Points (N, 2), normals (N, 2), nearest (4, rows, cols), depth and margin of a ``Chart``."""
+"""Points (N, 2), normals (N, 2), nearest (4, rows, cols), depth and margin of a ``PreparedMap``."""
 
 Equations = NDArray[np.float64]
 """Hessian and gradient of x, y, yaw and log scale, (4, 5)."""
@@ -78,7 +78,7 @@ def facing(ax: float, ay: float, bx: float, by: float) -> float:
 
 
 @njit(cache=True)
-def count_laid(
+def count_wall_overlap(
     below: Surface,
     above: Surface,
     kept: NDArray[np.intp],

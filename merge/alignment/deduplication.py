@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 
 SAME_SHARE = 0.035
 """Proposals that put the source's surface this near one another, as a share of the smaller map's diagonal, are one."""
 
 
-def apart(chart: Chart, transforms: Sequence[Similarity2]) -> NDArray[np.float64]:
+def apart(chart: PreparedMap, transforms: Sequence[Similarity2]) -> NDArray[np.float64]:
     """Root mean square distance (N, N) between the places where transforms put the surface of ``chart``.
 
     From its mean and variance alone, since the difference of two similarities is linear in the point.
@@ -30,12 +30,14 @@ def apart(chart: Chart, transforms: Sequence[Similarity2]) -> NDArray[np.float64
     return np.sqrt(squares)
 
 
-def smaller_diagonal(target: Chart, source: Chart, scale: float) -> float:
+def smaller_diagonal(target: PreparedMap, source: PreparedMap, scale: float) -> float:
     """The diagonal of the smaller map, in cells of the target."""
     return min(target.diagonal, scale * source.diagonal)
 
 
-def merged(target: Chart, source: Chart, proposals: Sequence[Proposal], share: float = SAME_SHARE) -> list[Proposal]:
+def merged(
+    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], share: float = SAME_SHARE
+) -> list[Proposal]:
     """Proposals, best first, without those that say nearly what one before them says; they become its votes."""
     if not proposals:
         return []

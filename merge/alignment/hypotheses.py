@@ -10,14 +10,14 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.coarse_to_fine import RefinementSettings, climb, refine
+from merge.alignment.coarse_to_fine import CoarseToFineSettings, pattern_search, refine
 from merge.alignment.deduplication import SAME_SHARE, apart, merged, smaller_diagonal
-from merge.alignment.icp import descend
-from merge.alignment.patchwise_alignment import fit_patches
+from merge.alignment.icp import icp_batch
+from merge.alignment.patchwise_alignment import align_patchwise
 from merge.alignment.second_best import rival_proposals
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
-from merge.verification.wall_overlap import TOLERANCE_SHARES, Walls, compare_walls_sharply
+from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap, measure_wall_overlap_by_tolerance
 
 ROUGH_POINTS = 200
 ROUGH_GATE_SHARES = np.geomspace(0.08, 0.012, 8)
@@ -28,7 +28,7 @@ CAREFUL_POINTS = 4000
 SHORT_LIST = 16
 RIVALS = 8
 RIVAL_FINALISTS = 3
-QUICK = RefinementSettings(most_points=500, last_steps=3)
+QUICK = CoarseToFineSettings(most_points=500, last_steps=3)
 RIVAL_DISTANCE_SHARE = 0.06
 """Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""
 
@@ -50,20 +50,22 @@ BORNE = 0.85
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Hypothesis:
     """A refined proposal, cells to cells, and how the walls lie under it, by every tolerance, loosest first."""
 
     target_from_source: Similarity2
-    laid: tuple[Walls, ...]
+    laid: tuple[WallOverlap, ...]
     proposal: Proposal
 
     @property
-    def walls(self) -> Walls:
+    def walls(self) -> WallOverlap:
         """By the loosest tolerance."""
         return self.laid[0]
 
 
-def candidates(target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange) -> list[Candidate]:
+def candidates(
+    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange
+) -> list[Hypothesis]:
     """Distinct answers, refined quickly, the one whose walls agree best first.
 
     Proposals that say the same are counted and merged, moved to the walls nearby, and those that look best there
@@ -73,20 +75,20 @@ def candidates(target: Chart, source: Chart, proposals: Sequence[Proposal], scal
 
 
 def finished(
-    target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange, best: float = 0.0
-) -> list[Candidate]:
+    target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis], scale: ScaleRange, best: float = 0.0
+) -> list[Hypothesis]:
     """Those candidates refined with care, the one whose walls agree best first.
 
     ``best`` is an agreement that was reached elsewhere: what lies far below it is not worth the last of the care.
     """
-    polished: list[Candidate] = []
+    polished: list[Hypothesis] = []
     for candidate in found:
         polished.append(_polished(target, source, candidate, scale, best - FAR_BELOW))
         best = max(best, polished[-1].walls.agreement)
     return distinct(target, source, polished)
 
 
-def rivals(target: Chart, source: Chart, answer: Candidate, scale: ScaleRange) -> list[Candidate]:
+def rivals(target: PreparedMap, source: PreparedMap, answer: Hypothesis, scale: ScaleRange) -> list[Hypothesis]:
     """The best other places at the answer's own scale, refined with care."""
     proposals = rival_proposals(target, source, answer.target_from_source)
     short_list = _short_list(target, source, proposals, scale, RIVALS)[:RIVAL_FINALISTS]
@@ -94,25 +96,27 @@ def rivals(target: Chart, source: Chart, answer: Candidate, scale: ScaleRange) -
 
 
 def _short_list(
-    target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange, most: int
-) -> list[Candidate]:
+    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange, most: int
+) -> list[Hypothesis]:
     rough = [_measured(target, source, p, GLANCE_POINTS) for p in _settled_roughly(target, source, proposals, scale)]
     rough.sort(key=lambda candidate: -candidate.walls.agreement)
     short_list = _one_a_place(target, source, rough, SAME_SHARE)[:most]
     return distinct(target, source, [_refined(target, source, c, scale, QUICK) for c in short_list])
 
 
-def _settled_roughly(target: Chart, source: Chart, proposals: Sequence[Proposal], scale: ScaleRange) -> list[Proposal]:
+def _settled_roughly(
+    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange
+) -> list[Proposal]:
     """Proposals that say the same merged, and each moved to the walls nearby: how well it fits there is seen only
     then."""
     different = merged(target, source, proposals)
     starts = [p.target_from_source for p in different]
     sizes = np.array([[smaller_diagonal(target, source, start.scale)] for start in starts])
-    ends = descend(target, source, starts, sizes * ROUGH_GATE_SHARES, scale, ROUGH_POINTS) if starts else []
+    ends = icp_batch(target, source, starts, sizes * ROUGH_GATE_SHARES, scale, ROUGH_POINTS) if starts else []
     return [dataclasses.replace(p, target_from_source=end) for p, end in zip(different, ends, strict=True)]
 
 
-def sharpest(found: Sequence[Candidate]) -> int:
+def sharpest(found: Sequence[Hypothesis]) -> int:
     """The tightest tolerance that the maps bear, as an index into ``TOLERANCE_SHARES``.
 
     Bent maps bear only the loosest. Crisp ones are judged as sharply as they are drawn, so that a wing which only
@@ -122,18 +126,20 @@ def sharpest(found: Sequence[Candidate]) -> int:
     return max(level for level, agreement in enumerate(best) if agreement >= BORNE * best[0])
 
 
-def best_first(found: Sequence[Candidate]) -> list[Candidate]:
+def best_first(found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Candidates by agreement, at the tightest tolerance that the maps bear."""
     level = sharpest(found)
     return sorted(found, key=lambda candidate: -candidate.laid[level].agreement)
 
 
-def distinct(target: Chart, source: Chart, found: Sequence[Candidate]) -> list[Candidate]:
+def distinct(target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The best candidate of each place, best first; those that ended in the same place become its votes."""
     return _one_a_place(target, source, best_first(found), RIVAL_DISTANCE_SHARE)
 
 
-def _one_a_place(target: Chart, source: Chart, ranked: Sequence[Candidate], share: float) -> list[Candidate]:
+def _one_a_place(
+    target: PreparedMap, source: PreparedMap, ranked: Sequence[Hypothesis], share: float
+) -> list[Hypothesis]:
     proposals = [dataclasses.replace(c.proposal, target_from_source=c.target_from_source) for c in ranked]
     kept = merged(target, source, proposals, share)
     by_place = {id(p.target_from_source): p for p in kept}
@@ -144,19 +150,19 @@ def _one_a_place(target: Chart, source: Chart, ranked: Sequence[Candidate], shar
     ]
 
 
-def is_rival(target: Chart, source: Chart, best: Candidate, other: Candidate) -> bool:
+def is_rival(target: PreparedMap, source: PreparedMap, best: Hypothesis, other: Hypothesis) -> bool:
     """Whether the two put the source elsewhere."""
     between = float(apart(source, [best.target_from_source, other.target_from_source])[0, 1])
     return between > RIVAL_DISTANCE_SHARE * smaller_diagonal(target, source, best.target_from_source.scale)
 
 
-def settled(target: Chart, source: Chart, best: Candidate, scale: ScaleRange, level: int) -> Candidate:
+def settled(target: PreparedMap, source: PreparedMap, best: Hypothesis, scale: ScaleRange, level: int) -> Hypothesis:
     """The mean over all patches in place of the best match of one part, where the maps are bent."""
     if best.walls.on_walls > CRISP * best.walls.judged:
         return best
-    answer = fit_patches(target, source, best.target_from_source, scale)
+    answer = align_patchwise(target, source, best.target_from_source, scale)
     moved = float(apart(source, [best.target_from_source, answer])[0, 1])
-    laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
+    laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
     if (
         moved < BENT_SHARE * smaller_diagonal(target, source, answer.scale)
         or laid[level].agreement < best.laid[level].agreement - WORSE
@@ -165,23 +171,25 @@ def settled(target: Chart, source: Chart, best: Candidate, scale: ScaleRange, le
     return dataclasses.replace(best, target_from_source=answer, laid=laid)
 
 
-def _measured(target: Chart, source: Chart, proposal: Proposal, most_points: int) -> Candidate:
-    laid = compare_walls_sharply(target, source, proposal.target_from_source, most_points)
-    return Candidate(proposal.target_from_source, laid, proposal)
+def _measured(target: PreparedMap, source: PreparedMap, proposal: Proposal, most_points: int) -> Hypothesis:
+    laid = measure_wall_overlap_by_tolerance(target, source, proposal.target_from_source, most_points)
+    return Hypothesis(proposal.target_from_source, laid, proposal)
 
 
 def _refined(
-    target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange, settings: RefinementSettings
-) -> Candidate:
+    target: PreparedMap, source: PreparedMap, candidate: Hypothesis, scale: ScaleRange, settings: CoarseToFineSettings
+) -> Hypothesis:
     answer = refine(target, source, candidate.target_from_source, scale, settings)
-    laid = compare_walls_sharply(target, source, answer, settings.most_points)
+    laid = measure_wall_overlap_by_tolerance(target, source, answer, settings.most_points)
     return dataclasses.replace(candidate, target_from_source=answer, laid=laid)
 
 
-def _polished(target: Chart, source: Chart, candidate: Candidate, scale: ScaleRange, least: float) -> Candidate:
+def _polished(
+    target: PreparedMap, source: PreparedMap, candidate: Hypothesis, scale: ScaleRange, least: float
+) -> Hypothesis:
     answer = refine(target, source, candidate.target_from_source, scale)
-    laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
+    laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
     if laid[0].on_walls <= CRISP * laid[0].judged and laid[0].agreement >= least:
-        answer = climb(target, source, answer, scale)
-        laid = compare_walls_sharply(target, source, answer, CAREFUL_POINTS)
+        answer = pattern_search(target, source, answer, scale)
+        laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
     return dataclasses.replace(candidate, target_from_source=answer, laid=laid)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import Surface, add_equations, add_equations_back
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.verification.wall_overlap import thinned
 
 LINE_SHARE = 0.8
@@ -28,9 +28,9 @@ Thinned = tuple[NDArray[np.intp], float]
 """Indices of points, and how many each stands for."""
 
 
-def descend(
-    target: Chart,
-    source: Chart,
+def icp_batch(
+    target: PreparedMap,
+    source: PreparedMap,
     starts: Sequence[Similarity2],
     gates: NDArray[np.float64],
     scale: ScaleRange,

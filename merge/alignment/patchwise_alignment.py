@@ -13,7 +13,7 @@ from mapping.geometry.similarity_fit import fit_similarity
 from merge.alignment.correspondences import add_equations, nearest_points
 from merge.alignment.deduplication import smaller_diagonal
 from merge.alignment.icp import LINE_SHARE
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 
 PATCH_SHARE = 0.15
 """Side of a patch, as a share of the smaller map's diagonal: what drift bends is nearly rigid over so little."""
@@ -27,7 +27,9 @@ STIFFNESS = 0.1
 MIN_POINTS = 12
 
 
-def fit_patches(target: Chart, source: Chart, answer: Similarity2, scale: ScaleRange, rounds: int = 2) -> Similarity2:
+def align_patchwise(
+    target: PreparedMap, source: PreparedMap, answer: Similarity2, scale: ScaleRange, rounds: int = 2
+) -> Similarity2:
     """The least-squares ``target_from_source`` (cells) of all patches of the source, each moved to fit by itself.
 
     Drift bends a map by more than one transform can follow. The one that matches most walls then fits one part and
@@ -42,7 +44,9 @@ def fit_patches(target: Chart, source: Chart, answer: Similarity2, scale: ScaleR
     return answer
 
 
-def _laid_patches(target: Chart, source: Chart, answer: Similarity2) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _laid_patches(
+    target: PreparedMap, source: PreparedMap, answer: Similarity2
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     diagonal = smaller_diagonal(target, source, answer.scale)
     on_source, on_target = [np.empty((0, 2))], [np.empty((0, 2))]
     for members in _patches(source, PATCH_SHARE * diagonal / answer.scale):
@@ -56,7 +60,7 @@ def _laid_patches(target: Chart, source: Chart, answer: Similarity2) -> tuple[ND
     return np.concatenate(on_source), np.concatenate(on_target)
 
 
-def _patches(source: Chart, side: float) -> list[NDArray[np.intp]]:
+def _patches(source: PreparedMap, side: float) -> list[NDArray[np.intp]]:
     cells = np.floor((source.points - source.middle) / side).astype(np.int64)
     _, patch = np.unique(cells, axis=0, return_inverse=True)
     order = np.argsort(patch.ravel(), kind="stable")
@@ -65,7 +69,7 @@ def _patches(source: Chart, side: float) -> list[NDArray[np.intp]]:
 
 
 def _settled(
-    target: Chart, source: Chart, answer: Similarity2, members: NDArray[np.intp], diagonal: float
+    target: PreparedMap, source: PreparedMap, answer: Similarity2, members: NDArray[np.intp], diagonal: float
 ) -> Similarity2 | None:
     """The answer, shifted and turned so that the patch lies on the target's walls; None where none are near."""
     local, middle = answer, source.points[members].mean(axis=0)
@@ -101,7 +105,7 @@ def _about(centre: NDArray[np.float64], x: float, y: float, yaw: float) -> Simil
 
 
 def _near(
-    target: Chart, source: Chart, local: Similarity2, members: NDArray[np.intp], gate: float
+    target: PreparedMap, source: PreparedMap, local: Similarity2, members: NDArray[np.intp], gate: float
 ) -> NDArray[np.bool_]:
     points, normals = local.apply(source.points[members]), Similarity2(yaw=local.yaw).apply(source.normals[members])
     _, distances = nearest_points(target.surface, points, normals)

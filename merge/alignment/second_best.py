@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import correlate
 from merge.proposers.proposer import Proposal
 
 PEAKS = 6
 
 
-def rival_proposals(target: Chart, source: Chart, answer: Similarity2) -> list[Proposal]:
+def rival_proposals(target: PreparedMap, source: PreparedMap, answer: Similarity2) -> list[Proposal]:
     """The best other shifts at the answer's own scale and rotation, and turned by 90, 180 and 270 degrees, best first.
 
     The next room of a row, the other wing and the other end of a symmetric hall lie there: what repeats in either map

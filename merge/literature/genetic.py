@@ -15,7 +15,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.literature.poses import Poses, matrices
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import judged, nothing_found
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 from merge.verification.cell_overlap import centres
 
@@ -67,7 +67,7 @@ class Genetic:
         if not self.blurs_cells or not all(0.0 < blur < math.inf for blur in self.blurs_cells):
             raise ValueError(f"Genetic: blurs_cells is {self.blurs_cells}, must be positive and finite")
 
-    def describe(self, chart: Chart) -> Likelihood:
+    def describe(self, chart: PreparedMap) -> Likelihood:
         """The map's likelihood field and a sample of its walls."""
         grid = chart.grid
         points = centres(grid.occupied)

@@ -13,7 +13,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import judged, nothing_found
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 from merge.verification.cell_overlap import centres, compare_cells
 
@@ -51,7 +51,7 @@ class Hough:
         if not 0.0 < self.acceptance_index <= 1.0:
             raise ValueError(f"Hough: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
-    def describe(self, chart: Chart) -> WallCells:
+    def describe(self, chart: PreparedMap) -> WallCells:
         """The map's walls and their spectrum."""
         points = centres(chart.grid.occupied)
         return WallCells(chart.grid, points, hough_spectrum(points))

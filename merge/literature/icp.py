@@ -13,7 +13,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.literature.nearest_wall import Complex, NearestWall
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import nothing_found
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 from merge.verification.acceptance import Decision
 from merge.verification.cell_overlap import centres
@@ -59,7 +59,7 @@ class Icp:
             if not 0.0 < getattr(self, name) < math.inf:
                 raise ValueError(f"Icp: {name} is {getattr(self, name)}, must be positive and finite")
 
-    def describe(self, chart: Chart) -> Shape:
+    def describe(self, chart: PreparedMap) -> Shape:
         """The map's walls, and an even sample of them."""
         cells = centres(chart.grid.occupied)
         points = cells[:, 0] + 1j * cells[:, 1]

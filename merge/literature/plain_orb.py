@@ -12,7 +12,7 @@ from merge.literature.agreed_matches import AgreedMatches, agreed
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import judged, nothing_found
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.orb import SMALLEST_SIDE, Keypoints
 from merge.proposers.proposer import Proposal
 
@@ -34,7 +34,7 @@ class PlainOrb:
             if not getattr(self, name) > 0:
                 raise ValueError(f"PlainOrb: {name} is {getattr(self, name)}, must be positive")
 
-    def describe(self, chart: Chart) -> Keypoints:
+    def describe(self, chart: PreparedMap) -> Keypoints:
         """The map's keypoints; none on a blank or very small map."""
         picture = trinary_picture(chart.grid)
         nothing = Keypoints(np.empty((0, 2)), np.empty((0, 32), dtype=np.uint8))

@@ -16,7 +16,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.poses import Poses, inverses, matrices
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import judged, nothing_found
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 from merge.verification.cell_overlap import centres, compare_cells
 
@@ -77,7 +77,7 @@ class RandomWalk:
         if not 0.0 < self.acceptance_index <= 1.0:
             raise ValueError(f"RandomWalk: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
-    def describe(self, chart: Chart) -> Valued:
+    def describe(self, chart: PreparedMap) -> Valued:
         """The map's cells and distances by value."""
         grid = chart.grid
         masks = grid.free, grid.occupied

@@ -14,7 +14,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.literature.agreed_matches import AgreedMatches
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import judged, nothing_found
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 
 LARGEST_SEED = 2**31 - 1
@@ -50,7 +50,7 @@ class Stitching:
         if self.least_matches < 3:
             raise ValueError(f"Stitching: least_matches is {self.least_matches}, must be at least 3")
 
-    def describe(self, chart: Chart) -> Any:
+    def describe(self, chart: PreparedMap) -> Any:
         """OpenCV's ``ImageFeatures`` of the map; their points are cells less one half."""
         picture = np.ascontiguousarray(chart.grid.occupancy()).view(np.uint8)
         missing = [max(0, LEAST_SIDE - side) for side in picture.shape]

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Motions, rotations
-from merge.multimap.cluster import GATES, Group, hops
+from mapping.geometry.similarity2_array import Similarity2Array, rotations
+from merge.multimap.cluster import GATES, Cluster, hops
 from merge.multimap.cycle_consistency import Place
 from merge.multimap.edge import Edge, EdgeTable
 from merge.multimap.pose_graph import averaged
 
 
 @dataclass(frozen=True, eq=False)
-class Join:
+class ClusterAlignment:
     """How two groups may be joined, and the edges that say so."""
 
     first_from_second: Similarity2
@@ -25,7 +25,7 @@ class Join:
     support: float
 
 
-def joins(first: Group, second: Group, edges: Sequence[Edge], fixed_scale: bool) -> list[Join]:
+def joins(first: Cluster, second: Cluster, edges: Sequence[Edge], fixed_scale: bool) -> list[ClusterAlignment]:
     """The transforms that edges between two groups say, the best supported first; each edge has its say once."""
     across = [e for edge in edges for e in _across(edge, first, second)]
     if not across:
@@ -42,20 +42,22 @@ def joins(first: Group, second: Group, edges: Sequence[Edge], fixed_scale: bool)
         chosen = across[best]
         told = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
         members = tuple(across[k] for k in np.flatnonzero(agreeing).tolist())
-        found.append(Join(told, members, float(support.max())))
+        found.append(ClusterAlignment(told, members, float(support.max())))
         left &= ~agreeing
     return sorted(found, key=lambda join: -join.support)
 
 
-def joined(first: Group, second: Group, join: Join, fixed_scale: bool) -> Group:
+def joined(first: Cluster, second: Cluster, join: ClusterAlignment, fixed_scale: bool) -> Cluster:
     """Both groups as one, averaged over all their edges."""
     poses = dict(first.poses)
     poses.update({index: join.first_from_second @ pose for index, pose in second.poses.items()})
     held = (*first.edges, *second.edges, *join.edges)
-    return Group(averaged(poses, held, min(poses), fixed_scale), held)
+    return Cluster(averaged(poses, held, min(poses), fixed_scale), held)
 
 
-def heard(first: Group, second: Group, join: Join, place: Place, but: frozenset[frozenset[int]] = frozenset()) -> float:
+def heard(
+    first: Cluster, second: Cluster, join: ClusterAlignment, place: Place, but: frozenset[frozenset[int]] = frozenset()
+) -> float:
     """What the cells of all pairs across say of a join, ``but`` for some."""
     return sum(
         place(a, b, first_from_a.inverse() @ join.first_from_second @ second_from_b)
@@ -70,7 +72,7 @@ def ends(edges: Sequence[Edge]) -> frozenset[frozenset[int]]:
     return frozenset(frozenset((edge.target, edge.source)) for edge in edges)
 
 
-def _across(edge: Edge, first: Group, second: Group) -> list[Edge]:
+def _across(edge: Edge, first: Cluster, second: Cluster) -> list[Edge]:
     """The edge, if it joins the two groups, with its target in the first."""
     if edge.target in first.poses and edge.source in second.poses:
         return [edge]
@@ -79,11 +81,11 @@ def _across(edge: Edge, first: Group, second: Group) -> list[Edge]:
     return []
 
 
-def _supports(first: Group, second: Group, table: EdgeTable, fixed_scale: bool) -> NDArray[np.bool_]:
+def _supports(first: Cluster, second: Cluster, table: EdgeTable, fixed_scale: bool) -> NDArray[np.bool_]:
     """Whether each edge (columns) agrees with the transform that each one (rows) says. The further apart the two lie in
     their groups, the less must they agree."""
-    there = Motions.of(first.poses[index] for index in table.targets.tolist())
-    here = Motions.of(second.poses[index] for index in table.sources.tolist())
+    there = Similarity2Array.of(first.poses[index] for index in table.targets.tolist())
+    here = Similarity2Array.of(second.poses[index] for index in table.sources.tolist())
     said = there @ table.found @ here.inverse()
     back = there.inverse()
     predicted = back[None] @ said[:, None] @ here[None]
@@ -105,7 +107,7 @@ def _rows(arm: NDArray[np.complex128]) -> tuple[NDArray[np.float64], NDArray[np.
     return np.stack((arm.real, arm.imag), axis=-1), -arm.imag, arm.real
 
 
-def _apart(first: Group, second: Group, table: EdgeTable) -> NDArray[np.float64]:
+def _apart(first: Cluster, second: Cluster, table: EdgeTable) -> NDArray[np.float64]:
     """How many edges of the groups lie between the ends of each two (K, K)."""
     total = np.zeros((len(table.weights),) * 2)
     for group, indices in ((first, table.targets), (second, table.sources)):

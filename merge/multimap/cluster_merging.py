@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable, Iterator
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.fusion import fuse
-from merge.multimap.cluster import Group, agrees
-from merge.multimap.cluster_alignment import Join, ends, joins
+from merge.multimap.cluster import Cluster, agrees
+from merge.multimap.cluster_alignment import ClusterAlignment, ends, joins
 from merge.multimap.edge import Edge
 from merge.records.result import PairResult
 
@@ -23,14 +23,20 @@ LEAST_AGREEING = 2
 
 
 def agreeing_refusals(
-    first: Group, second: Group, answers: Iterable[PairResult], edge: Callable[[PairResult], Edge], fixed_scale: bool
-) -> list[Join]:
+    first: Cluster,
+    second: Cluster,
+    answers: Iterable[PairResult],
+    edge: Callable[[PairResult], Edge],
+    fixed_scale: bool,
+) -> list[ClusterAlignment]:
     """The places of one group on another that enough refused answers, or what else they found, agree on."""
     edges = [edge(place) for answer in answers for place in _places(answer)]
     return [join for join in joins(first, second, edges, fixed_scale) if len(ends(join.edges)) >= LEAST_AGREEING]
 
 
-def borne_out(join: Join, first: Group, second: Group, first_from_second: Similarity2, fixed_scale: bool) -> list[Edge]:
+def borne_out(
+    join: ClusterAlignment, first: Cluster, second: Cluster, first_from_second: Similarity2, fixed_scale: bool
+) -> list[Edge]:
     """Those edges of a join that agree with where the groups were found to lie."""
 
     def told(edge: Edge) -> Similarity2:

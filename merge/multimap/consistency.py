@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.cluster import Group
-from merge.multimap.cluster_alignment import Join, ends, heard, joined, joins
+from merge.multimap.cluster import Cluster
+from merge.multimap.cluster_alignment import ClusterAlignment, ends, heard, joined, joins
 from merge.multimap.cycle_consistency import Place, weighted
 from merge.multimap.edge import Edge
 from merge.multimap.outlier_rejection import LEAST_GAIN, mended, score
@@ -24,7 +24,7 @@ MOST_STARTS = 6
 """Of the answers between groups that stayed apart so many are believed first, to see what comes of it."""
 
 
-def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Group]:
+def consistent(maps: int, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Cluster]:
     """Groups of the maps 0 to ``maps`` - 1, in the order of their lowest members, each with the edges that hold.
 
     A sure wrong answer that is believed first keeps maps out whose answers are right. So where answers between groups
@@ -51,12 +51,12 @@ def _grown(
     place: Place,
     fixed_scale: bool,
     start: Edge | None = None,
-) -> list[Group]:
+) -> list[Cluster]:
     """Groups joined one by one, by what most speaks for; two maps first by the edge to start with."""
-    groups: dict[int, Group] = {index: Group({index: Similarity2.identity()}, ()) for index in range(maps)}
+    groups: dict[int, Cluster] = {index: Cluster({index: Similarity2.identity()}, ()) for index in range(maps)}
     group_of = list(range(maps))
     if start is not None:
-        _join(groups, group_of, Join(start.target_from_source, (start,), start.weight), fixed_scale)
+        _join(groups, group_of, ClusterAlignment(start.target_from_source, (start,), start.weight), fixed_scale)
     waiting = _waiting(groups, group_of, edges, list(groups), fixed_scale)
     while True:
         options = [(-ways[0].support, pair) for pair, ways in waiting.items() if ways]
@@ -73,7 +73,7 @@ def _grown(
     return [mended(groups[index], plain, place, fixed_scale) for index in sorted(groups)]
 
 
-def _join(groups: dict[int, Group], group_of: list[int], join: Join, fixed_scale: bool) -> None:
+def _join(groups: dict[int, Cluster], group_of: list[int], join: ClusterAlignment, fixed_scale: bool) -> None:
     """Make one group of the two that a join joins, under the lower of their indices."""
     first, second = (group_of[end] for end in (join.edges[0].target, join.edges[0].source))
     both = joined(groups.pop(first), groups.pop(second), join, fixed_scale)
@@ -82,8 +82,8 @@ def _join(groups: dict[int, Group], group_of: list[int], join: Join, fixed_scale
 
 
 def _waiting(
-    groups: dict[int, Group], group_of: Sequence[int], edges: Sequence[Edge], of: Sequence[int], fixed_scale: bool
-) -> dict[Ends, list[Join]]:
+    groups: dict[int, Cluster], group_of: Sequence[int], edges: Sequence[Edge], of: Sequence[int], fixed_scale: bool
+) -> dict[Ends, list[ClusterAlignment]]:
     """The joins of those groups with any others, by the pair of groups, lower first."""
     across: dict[Ends, list[Edge]] = {}
     for edge in edges:
@@ -93,7 +93,7 @@ def _waiting(
     return {pair: joins(groups[pair[0]], groups[pair[1]], across[pair], fixed_scale) for pair in sorted(across)}
 
 
-def _spoken(join: Join, plain: Sequence[Edge]) -> float:
+def _spoken(join: ClusterAlignment, plain: Sequence[Edge]) -> float:
     """What the answers of a join are worth each by itself."""
     pairs = ends(join.edges)
     return sum(edge.weight for edge in plain if frozenset((edge.target, edge.source)) in pairs)

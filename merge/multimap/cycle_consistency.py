@@ -14,7 +14,7 @@ from merge.multimap.cluster import agrees
 from merge.multimap.edge import Edge, about
 
 Place = Callable[[int, int, Similarity2], float]
-"""The log-odds, from the cells, that the source lies at a place on the target (``Witness``)."""
+"""The log-odds, from the cells, that the source lies at a place on the target (``OverlapLikelihood``)."""
 
 IN_TRIANGLE, AGAINST_TRIANGLE = 2.0, -2.0
 """Log-odds that an answer gains in a triangle of answers that agree, and loses in one that does not, where the two

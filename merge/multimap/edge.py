@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Motions
+from mapping.geometry.similarity2_array import Similarity2Array
 from mapping.map_set import MapSet
-from merge.pair.feature_cache import Shelf, metres_from_chart
+from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.records.result import PairResult
 
 FLOOR_SHARE = 0.01
@@ -30,7 +30,7 @@ CEILING_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class LocalFrame:
     """Where a map stands: ``metres_from_local`` takes its local frame, in cells of its chart about the middle of its
     walls, to its metres; ``diagonal`` is its size, in those cells, and ``area`` the number that it knows."""
 
@@ -39,14 +39,14 @@ class Ground:
     area: int
 
     @staticmethod
-    def all(maps: MapSet, shelf: Shelf) -> tuple[Ground, ...]:
+    def all(maps: MapSet, shelf: FeatureCache) -> tuple[LocalFrame, ...]:
         """Of every map of a team."""
         found = []
         for grid in maps.grids:
             chart = shelf.chart(grid)
             middle = Similarity2(float(chart.middle[0]), float(chart.middle[1]))
-            placed = metres_from_chart(grid.frame, chart) @ middle
-            found.append(Ground(placed, max(1.0, chart.diagonal), int(np.count_nonzero(chart.grid.known))))
+            placed = metres_from_prepared(grid.frame, chart) @ middle
+            found.append(LocalFrame(placed, max(1.0, chart.diagonal), int(np.count_nonzero(chart.grid.known))))
         return tuple(found)
 
 
@@ -79,7 +79,7 @@ class EdgeTable:
 
     targets: NDArray[np.intp]
     sources: NDArray[np.intp]
-    found: Motions
+    found: Similarity2Array
     covariances: NDArray[np.float64]
     weights: NDArray[np.float64]
 
@@ -88,13 +88,13 @@ class EdgeTable:
         return EdgeTable(
             np.array([edge.target for edge in edges], np.intp),
             np.array([edge.source for edge in edges], np.intp),
-            Motions.of(edge.target_from_source for edge in edges),
+            Similarity2Array.of(edge.target_from_source for edge in edges),
             np.array([edge.covariance for edge in edges], np.float64).reshape(-1, 4, 4),
             np.array([edge.weight for edge in edges], np.float64),
         )
 
     def misfits(
-        self, predicted: Motions, fixed_scale: bool, slack: NDArray[np.float64] | float = 0.0
+        self, predicted: Similarity2Array, fixed_scale: bool, slack: NDArray[np.float64] | float = 0.0
     ) -> NDArray[np.float64]:
         """By how much each differs from what others predict: the square (..., E) of the difference, by its covariance
         and that of the prediction, ``slack`` (..., E, 4, 4)."""
@@ -104,7 +104,7 @@ class EdgeTable:
         return np.asarray((off * np.linalg.solve(covariances, off)).sum(axis=(-2, -1)))
 
 
-def edge_of(pair: PairResult, indices: tuple[int, int], grounds: Sequence[Ground]) -> Edge:
+def edge_of(pair: PairResult, indices: tuple[int, int], grounds: Sequence[LocalFrame]) -> Edge:
     """The edge of an answer that has a transform. Raises ``ValueError`` where it has none."""
     if pair.target_from_source is None:
         raise ValueError(f"the pair {pair.target}, {pair.source} has no transform")
@@ -135,7 +135,9 @@ def about(arm: NDArray[np.float64]) -> NDArray[np.float64]:
     return moved
 
 
-def _local(metric: Similarity2, parameters: NDArray[np.float64], target: Ground, source: Ground) -> NDArray[np.float64]:
+def _local(
+    metric: Similarity2, parameters: NDArray[np.float64], target: LocalFrame, source: LocalFrame
+) -> NDArray[np.float64]:
     """The covariance of x, y, yaw and scale in metres as that of a move about the source's middle in local cells."""
     in_logs = np.diag([1.0, 1.0, 1.0, 1.0 / metric.scale])
     middle = metric.apply(np.array([source.metres_from_local.x, source.metres_from_local.y]))

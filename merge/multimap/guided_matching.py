@@ -6,9 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.edge import Edge, Ground, edge_of
-from merge.pair.feature_cache import Shelf, metres_from_chart
-from merge.pair.matching import PairTask, process_shelf, told
+from merge.multimap.edge import Edge, LocalFrame, edge_of
+from merge.pair.feature_cache import FeatureCache, metres_from_prepared
+from merge.pair.matching import PairTask, process_feature_cache, told
 from merge.pair.pipeline import answer_near
 from merge.records.prior import CONTRADICTS_PRIOR, Expected
 from merge.records.result import DecidedBy, PairResult
@@ -26,12 +26,12 @@ class NearTask:
     place: Similarity2 | Expected
 
 
-def match_near(task: NearTask, shelf: Shelf | None = None) -> PairResult:
+def match_near(task: NearTask, shelf: FeatureCache | None = None) -> PairResult:
     """The answer for a pair near that place; what else looks like it elsewhere is no rival."""
     pair = task.pair
-    sheets = pair.sheets(shelf or process_shelf(), pair.methods)
+    sheets = pair.sheets(shelf or process_feature_cache(), pair.methods)
     target_metres, source_metres = (
-        metres_from_chart(grid.frame, sheet.chart) for grid, sheet in zip(pair.grids, sheets, strict=True)
+        metres_from_prepared(grid.frame, sheet.chart) for grid, sheet in zip(pair.grids, sheets, strict=True)
     )
     scale = pair.in_cells(pair.scale, sheets)
     if isinstance(task.place, Expected):
@@ -71,7 +71,7 @@ def by_itself(pair: PairResult) -> PairResult | None:
     return None
 
 
-def edge(pair: PairResult, indices: tuple[int, int], grounds: tuple[Ground, ...]) -> Edge:
+def edge(pair: PairResult, indices: tuple[int, int], grounds: tuple[LocalFrame, ...]) -> Edge:
     """The edge of an answer, lower index first."""
     found = edge_of(pair, indices, grounds)
     return found if found.target < found.source else found.reversed()

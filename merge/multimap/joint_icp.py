@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import add_equations, add_equations_back
 from merge.alignment.icp import LINE_SHARE
-from merge.multimap.cluster import Group, predicted
+from merge.multimap.cluster import Cluster, predicted
 from merge.multimap.edge import Edge
 from merge.multimap.overlap_likelihood import on_charts
 from merge.multimap.pose_graph import averaged
-from merge.preparation.prepared_map import Chart
-from merge.verification.wall_overlap import TOLERANCE_CELLS, compare_walls, thinned
+from merge.preparation.prepared_map import PreparedMap
+from merge.verification.wall_overlap import TOLERANCE_CELLS, measure_wall_overlap, thinned
 
 ROUNDS = 6
 MOST_POINTS = 1500
@@ -36,7 +36,7 @@ Tolerances = Mapping[tuple[int, int], float]
 """How far apart walls of a pair may lie and be one, in cells of the coarser map, by indices, lower first."""
 
 
-def joint(group: Group, chart: Callable[[int], Chart], tolerances: Tolerances, fixed_scale: bool) -> Group:
+def joint(group: Cluster, chart: Callable[[int], PreparedMap], tolerances: Tolerances, fixed_scale: bool) -> Cluster:
     """The group with poses and scales refined together on the cells.
 
     Every point of either surface of each pair that agrees is laid on its nearest on the other (as in
@@ -52,24 +52,24 @@ def joint(group: Group, chart: Callable[[int], Chart], tolerances: Tolerances, f
         edges = [edge for edge in laid if edge is not None]
         if len(edges) == len(group.edges):
             poses = averaged(poses, edges, group.root, fixed_scale)
-    refined = Group(poses, group.edges)
+    refined = Cluster(poses, group.edges)
     return refined if agreement(refined, chart) >= agreement(group, chart) - WORSE else group
 
 
-def agreement(group: Group, chart: Callable[[int], Chart]) -> float:
+def agreement(group: Cluster, chart: Callable[[int], PreparedMap]) -> float:
     """How well the walls of all pairs of a group agree: the mean over its edges."""
     told = []
     for edge in group.edges:
         target, source = chart(edge.target), chart(edge.source)
         place = on_charts(target, source, predicted(group, edge.target, edge.source))
-        told.append(compare_walls(target, source, place, MOST_POINTS).agreement)
+        told.append(measure_wall_overlap(target, source, place, MOST_POINTS).agreement)
     return float(np.mean(told))
 
 
 def _laid(
     poses: Mapping[int, Similarity2],
     edge: Edge,
-    chart: Callable[[int], Chart],
+    chart: Callable[[int], PreparedMap],
     tolerances: Tolerances,
     progress: float,
     fixed_scale: bool,
@@ -98,13 +98,13 @@ def _laid(
     return Edge(edge.target, edge.source, moved, covariance, edge.weight)
 
 
-def _gate(target: Chart, source: Chart, scale: float, tolerance: float | None, progress: float) -> float:
+def _gate(target: PreparedMap, source: PreparedMap, scale: float, tolerance: float | None, progress: float) -> float:
     last = GATE_TOLERANCES * max(1.0, scale) * (tolerance or TOLERANCE_CELLS)
     first = max(last, FIRST_GATE_SHARE * min(target.diagonal, scale * source.diagonal))
     return float(first * (last / first) ** progress)
 
 
-def _equations(target: Chart, source: Chart, place: Similarity2, gate: float) -> NDArray[np.float64]:
+def _equations(target: PreparedMap, source: PreparedMap, place: Similarity2, gate: float) -> NDArray[np.float64]:
     """Normal equations (4, 5), about the source's middle, of the points of both surfaces: as one refinement's."""
     on_source, weight = thinned(len(source.points), MOST_POINTS)
     on_target, back_weight = thinned(len(target.points), MOST_POINTS)

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
-from merge.multimap.cluster import GATES, Group, agreeing, connected, graph, predicted, settled
-from merge.multimap.cluster_alignment import Join, ends, heard, joined, joins
+from merge.multimap.cluster import GATES, Cluster, agreeing, connected, graph, predicted, settled
+from merge.multimap.cluster_alignment import ClusterAlignment, ends, heard, joined, joins
 from merge.multimap.cycle_consistency import SUREST, Place
 from merge.multimap.edge import Edge
-from merge.multimap.pose_graph import averaged, strains
+from merge.multimap.pose_graph import averaged, leave_one_out_residuals
 
 MOST_HEARD, MOST_TRIED = 8, 3
 """Of a part so many places are heard; of all parts so many shifts are tried."""
@@ -31,7 +31,7 @@ BEST_HEARD = 12.0
 """The cells say no more than this for a place that few answers speak for."""
 
 
-def mended(group: Group, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> Group:
+def mended(group: Cluster, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> Cluster:
     """The group with its parts where most speaks for them, on edges that agree with it, and each with all others.
 
     A wrong answer that is nearly right bends a long chain of right ones until it agrees with them. So whatever differs
@@ -49,7 +49,7 @@ def mended(group: Group, edges: Sequence[Edge], place: Place, fixed_scale: bool)
         best = _shifted(best, inside, place, fixed_scale)
 
 
-def score(groups: Sequence[Group], edges: Sequence[Edge], place: Place, fixed_scale: bool) -> float:
+def score(groups: Sequence[Cluster], edges: Sequence[Edge], place: Place, fixed_scale: bool) -> float:
     """What speaks for maps lying so: the weights of the edges that agree, and what the cells of every pair say."""
     told = 0.0
     for group in groups:
@@ -58,20 +58,20 @@ def score(groups: Sequence[Group], edges: Sequence[Edge], place: Place, fixed_sc
     return told
 
 
-def _rests(group: Group, inside: Sequence[Edge], fixed_scale: bool) -> list[tuple[list[Edge], Group]]:
+def _rests(group: Cluster, inside: Sequence[Edge], fixed_scale: bool) -> list[tuple[list[Edge], Cluster]]:
     """The edges without each one that the others do not bear out, and the group on them."""
-    squares = strains(group.poses, group.edges, group.root, fixed_scale)
+    squares = leave_one_out_residuals(group.poses, group.edges, group.root, fixed_scale)
     doubted = [int(k) for k in np.argsort(-squares, kind="stable")[:MOST_DOUBTED] if squares[k] > GATES[fixed_scale]]
     found = []
     for k in doubted:
         held = (*group.edges[:k], *group.edges[k + 1 :])
         rest = [edge for edge in inside if edge is not group.edges[k]]
-        other = Group(averaged(group.poses, held, group.root, fixed_scale), held)
+        other = Cluster(averaged(group.poses, held, group.root, fixed_scale), held)
         found.append((rest, settled(other, rest, fixed_scale)))
     return found
 
 
-def _shifted(group: Group, inside: Sequence[Edge], place: Place, fixed_scale: bool) -> Group:
+def _shifted(group: Cluster, inside: Sequence[Edge], place: Place, fixed_scale: bool) -> Cluster:
     """The group with its parts where most speaks for them."""
     best, most = group, score([group], inside, place, fixed_scale)
     for _ in range(2 * len(group.poses)):
@@ -86,12 +86,12 @@ def _shifted(group: Group, inside: Sequence[Edge], place: Place, fixed_scale: bo
     return best
 
 
-def _shifts(group: Group, inside: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Group]:
+def _shifts(group: Cluster, inside: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Cluster]:
     """The group with some of its maps shifted as one to where other answers put them, the most promising first."""
     aside = ends(inside) - ends(agreeing(group, inside, fixed_scale))
     if not aside:
         return []
-    found: list[tuple[float, Group, Group, Join]] = []
+    found: list[tuple[float, Cluster, Cluster, ClusterAlignment]] = []
     for part in _parts(group):
         if not any(len(pair & part) == 1 for pair in aside):
             continue  # nobody says that it lies elsewhere
@@ -112,7 +112,7 @@ def _shifts(group: Group, inside: Sequence[Edge], place: Place, fixed_scale: boo
     return [joined(first, second, join, fixed_scale) for _, first, second, join in found]
 
 
-def _parts(group: Group) -> list[frozenset[int]]:
+def _parts(group: Cluster) -> list[frozenset[int]]:
     """What might lie wrong as one: what hangs on one edge of the surest tree, and each map alone."""
     members = sorted(group.poses)
     costs = [2.0 * SUREST - edge.weight for edge in group.edges]
@@ -127,16 +127,16 @@ def _parts(group: Group) -> list[frozenset[int]]:
     return [part for part in dict.fromkeys(parts) if len(part) < len(members)]
 
 
-def _cut(group: Group, part: frozenset[int]) -> tuple[Group, Group]:
+def _cut(group: Cluster, part: frozenset[int]) -> tuple[Cluster, Cluster]:
     """The rest of a group and a part of it, where they lie now."""
 
-    def of(inside: bool) -> Group:
+    def of(inside: bool) -> Cluster:
         poses = {index: pose for index, pose in group.poses.items() if (index in part) == inside}
-        return Group(poses, tuple(e for e in group.edges if e.target in poses and e.source in poses))
+        return Cluster(poses, tuple(e for e in group.edges if e.target in poses and e.source in poses))
 
     return of(False), of(True)
 
 
-def _is_now(join: Join, group: Group) -> bool:
+def _is_now(join: ClusterAlignment, group: Cluster) -> bool:
     """Whether a join says what the group already has: it holds one of its edges."""
     return bool(ends(group.edges) & ends(join.edges))

@@ -11,10 +11,10 @@ from mapping.map_set import MapSet
 from merge.alignment.coarse_to_fine import refine
 from merge.alignment.deduplication import apart, smaller_diagonal
 from merge.alignment.hypotheses import QUICK
-from merge.multimap.edge import Ground
-from merge.pair.feature_cache import Shelf
-from merge.preparation.prepared_map import Chart
-from merge.verification.wall_overlap import Walls, compare_walls
+from merge.multimap.edge import LocalFrame
+from merge.pair.feature_cache import FeatureCache
+from merge.preparation.prepared_map import PreparedMap
+from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap
 
 POINTS = 400
 LEAST_JUDGED = 40.0
@@ -39,13 +39,13 @@ STRAY_SHARE = 0.03
 """So far, as a share of the smaller map's diagonal, a told place may be moved to fit: chains of answers add up."""
 
 
-class Witness:
+class OverlapLikelihood:
     """Asked for the log-odds that a source lies at a place on a target, by index; 0 where they share nothing."""
 
-    def __init__(self, maps: MapSet, grounds: Sequence[Ground], shelf: Shelf) -> None:
+    def __init__(self, maps: MapSet, grounds: Sequence[LocalFrame], shelf: FeatureCache) -> None:
         self._maps, self._grounds, self._shelf = maps, grounds, shelf
         self._heard: dict[tuple[int, int, Similarity2], float] = {}
-        self._charts: dict[int, Chart] = {}
+        self._charts: dict[int, PreparedMap] = {}
 
     def __call__(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if target > source:
@@ -68,7 +68,7 @@ class Witness:
             return 0.0
         target_chart, source_chart = self.chart(target), self.chart(source)
         place = on_charts(target_chart, source_chart, target_from_source)
-        walls = compare_walls(target_chart, source_chart, place, POINTS)
+        walls = measure_wall_overlap(target_chart, source_chart, place, POINTS)
         if HOPELESS < _share(walls) < NEUTRAL + FULL and walls.judged >= LEAST_JUDGED:
             walls = _fitted(target_chart, source_chart, place, walls)
         if walls.judged < LEAST_JUDGED:
@@ -77,7 +77,7 @@ class Witness:
         told = BEST * plain if plain > 0.0 else -WORST * plain
         return min(BEST, max(WORST, told)) * min(1.0, walls.judged / MUCH_JUDGED)
 
-    def chart(self, index: int) -> Chart:
+    def chart(self, index: int) -> PreparedMap:
         if index not in self._charts:
             self._charts[index] = self._shelf.chart(self._maps.grids[index])
         return self._charts[index]
@@ -90,21 +90,21 @@ class Witness:
         return math.hypot(target_from_source.x, target_from_source.y) < reach
 
 
-def on_charts(target: Chart, source: Chart, local: Similarity2) -> Similarity2:
-    """A transform between local frames (``Ground``) as one between cells of the charts."""
+def on_charts(target: PreparedMap, source: PreparedMap, local: Similarity2) -> Similarity2:
+    """A transform between local frames (``LocalFrame``) as one between cells of the charts."""
     there = Similarity2(float(target.middle[0]), float(target.middle[1]))
     return there @ local @ Similarity2(float(source.middle[0]), float(source.middle[1])).inverse()
 
 
-def _share(walls: Walls) -> float:
+def _share(walls: WallOverlap) -> float:
     return walls.on_walls / walls.judged if walls.judged > 0.0 else 0.0
 
 
-def _fitted(target: Chart, source: Chart, place: Similarity2, walls: Walls) -> Walls:
+def _fitted(target: PreparedMap, source: PreparedMap, place: Similarity2, walls: WallOverlap) -> WallOverlap:
     scale = ScaleRange(place.scale, place.scale)
     answer = refine(target, source, place, scale, QUICK)
     stray = float(apart(source, [place, answer])[0, 1])
     if stray > STRAY_SHARE * smaller_diagonal(target, source, place.scale):
         return walls
-    better = compare_walls(target, source, answer, POINTS)
+    better = measure_wall_overlap(target, source, answer, POINTS)
     return better if _share(better) > _share(walls) else walls

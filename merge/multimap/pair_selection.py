@@ -10,12 +10,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from mapping.seeds import Role, stream
-from merge.pair.feature_cache import Shelf
-from merge.pair.matching import PairTask, canonical, process_shelf
-from merge.proposers.normal_correlation import Facing
-from merge.verification.wall_overlap import compare_walls
+from merge.pair.feature_cache import FeatureCache
+from merge.pair.matching import PairTask, canonical_order, process_feature_cache
+from merge.proposers.normal_correlation import NormalCorrelation
+from merge.verification.wall_overlap import measure_wall_overlap
 
-GLANCE = Facing(scale_step=1.12, across=48, peaks=2, proposals=6)
+GLANCE = NormalCorrelation(scale_step=1.12, across=48, peaks=2, proposals=6)
 """A search so coarse that it costs a twentieth of a match: it orders pairs, and judges none."""
 
 GLANCE_POINTS = 400
@@ -29,22 +29,23 @@ BLOCK = 10
 Pair = tuple[int, int]
 
 
-def promise(task: PairTask, shelf: Shelf | None = None) -> float:
+def promise(task: PairTask, shelf: FeatureCache | None = None) -> float:
     """How well the walls agree at the best place of a coarse search, 0 to 1, whichever map comes first."""
-    target, source = task.sheets(shelf or process_shelf(), (GLANCE,))
+    target, source = task.sheets(shelf or process_feature_cache(), (GLANCE,))
     scale = task.in_cells(task.scale, (target, source))
-    if canonical(target.chart.grid) > canonical(source.chart.grid):
+    if canonical_order(target.chart.grid) > canonical_order(source.chart.grid):
         target, source, scale = source, target, scale.inverse()
     if not (len(target.chart.points) and len(source.chart.points)):
         return 0.0
     places = GLANCE.propose(target.descriptions[0], source.descriptions[0], scale, stream(task.seed, Role.MERGE))
     laid = (
-        compare_walls(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).agreement for place in places
+        measure_wall_overlap(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).agreement
+        for place in places
     )
     return max(laid, default=0.0)
 
 
-def promises(tasks: Sequence[PairTask], shelf: Shelf | None = None) -> list[float]:
+def promises(tasks: Sequence[PairTask], shelf: FeatureCache | None = None) -> list[float]:
     """Of each pair."""
     return [promise(task, shelf) for task in tasks]
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
-from merge.multimap.cluster import Group
+from merge.multimap.cluster import Cluster
 from merge.multimap.guided_matching import NearTask, match_near, refused, won
 from merge.multimap.pair_selection import PARTNERS, Pair, apart, in_blocks, in_order, partners, promises
-from merge.pair.feature_cache import Shelf
-from merge.pair.matching import PairTask, canonical, match, run_tasks
+from merge.pair.feature_cache import FeatureCache
+from merge.pair.matching import PairTask, canonical_order, match, run_tasks
 from merge.records.prior import CONTRADICTS_PRIOR, Expected, expected_places
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
@@ -44,7 +44,7 @@ class Pairs:
         self.maps = _ordered(maps)
         self.settings, self.seed, self.executor = settings, seed, executor
         self.scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
-        self.shelf = Shelf()
+        self.shelf = FeatureCache()
         self.answers: dict[Pair, PairResult] = {}
         self.expected: dict[tuple[str, str], Expected] = expected_places(settings.priors, settings.reference)
         self._place_of_name = {name: index for index, name in enumerate(self.maps.names)}
@@ -81,7 +81,7 @@ class Pairs:
             wanted = partners(self._promises, wanted)
         self.match(wanted)
 
-    def more_pairs(self, groups: Sequence[Group]) -> list[Pair]:
+    def more_pairs(self, groups: Sequence[Cluster]) -> list[Pair]:
         untried = [pair for pair in apart([list(group.poses) for group in groups]) if pair not in self.answers]
         return partners(self._promises, untried) if untried else []
 
@@ -120,7 +120,7 @@ class Pairs:
             elif before.accepted:
                 self.answers[pair] = refused(before, CONTRADICTS_PRIOR, "prior")
 
-    def run(self, function: Callable[[Task, Shelf | None], Result], tasks: Sequence[Task]) -> list[Result]:
+    def run(self, function: Callable[[Task, FeatureCache | None], Result], tasks: Sequence[Task]) -> list[Result]:
         self._planned += len(tasks)
 
         def step() -> None:
@@ -133,7 +133,7 @@ class Pairs:
 
 def _ordered(maps: MapSet) -> MapSet:
     order = sorted(
-        range(len(maps)), key=lambda index: (canonical(maps.grids[index]), maps.grids[index].frame.resolution)
+        range(len(maps)), key=lambda index: (canonical_order(maps.grids[index]), maps.grids[index].frame.resolution)
     )
     return MapSet(
         tuple(maps.names[k] for k in order),

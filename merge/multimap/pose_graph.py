@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Motions, rotations
+from mapping.geometry.similarity2_array import Similarity2Array, rotations
 from merge.multimap.edge import Edge, EdgeTable
 
 Poses = Mapping[int, Similarity2]
@@ -37,7 +37,7 @@ def averaged(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) 
     return unpacked(found.x, poses, system.free, system.unknowns)
 
 
-def strains(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> NDArray[np.float64]:
+def leave_one_out_residuals(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> NDArray[np.float64]:
     """By how much each edge (E,) differs from what all the others say of its pair, as a square by the covariance of
     that difference; 0 for what no other edge speaks of. ``poses`` are the mean of the edges.
 
@@ -63,7 +63,7 @@ class _System:
     """Residuals of all edges and how they change with the poses of the ``free`` maps; ``start`` has those and, last,
     the root, by which place ``targets`` and ``sources`` index."""
 
-    start: Motions
+    start: Similarity2Array
     free: Sequence[int]
     edges: EdgeTable
     whiteners: NDArray[np.float64]
@@ -80,7 +80,7 @@ class _System:
             np.array([at[index] for index in ends.tolist()], np.intp) for ends in (table.targets, table.sources)
         )
         whiteners = np.linalg.inv(np.linalg.cholesky(table.covariances[:, :unknowns, :unknowns]))
-        start = Motions.of(poses[index] for index in at)
+        start = Similarity2Array.of(poses[index] for index in at)
         return _System(start, free, table, whiteners, targets, sources, unknowns)
 
     def residuals(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -101,11 +101,11 @@ class _System:
         shape = len(blocks) * number, number * len(self.free)
         return csr_array((blocks[moved], (rows[moved], cols[moved])), shape=shape)
 
-    def _placed(self, values: NDArray[np.float64]) -> Motions:
+    def _placed(self, values: NDArray[np.float64]) -> Similarity2Array:
         rows = values.reshape(len(self.free), self.unknowns)
         scale = np.exp(rows[:, 3]) if self.unknowns == 4 else np.abs(self.start.turn[:-1])
         turn = np.append(scale * np.exp(1j * rows[:, 2]), self.start.turn[-1])
-        return Motions(turn, np.append(rows[:, 0] + 1j * rows[:, 1], self.start.shift[-1]))
+        return Similarity2Array(turn, np.append(rows[:, 0] + 1j * rows[:, 1], self.start.shift[-1]))
 
 
 def packed(poses: Poses, free: Sequence[int], unknowns: int) -> NDArray[np.float64]:
@@ -123,7 +123,7 @@ def unpacked(values: NDArray[np.float64], poses: Poses, free: Sequence[int], unk
     return placed
 
 
-def slopes(targets: Motions, sources: Motions) -> NDArray[np.float64]:
+def slopes(targets: Similarity2Array, sources: Similarity2Array) -> NDArray[np.float64]:
     """d (x, y, yaw, log scale) of target^-1 source by those of the target and of the source: (E, 4, 8)."""
     back = rotations(1.0 / targets.turn)
     between = (sources.shift - targets.shift) / targets.turn

@@ -8,7 +8,7 @@ import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.fusion import finest, fuse_and_compare
-from merge.multimap.cluster import Group
+from merge.multimap.cluster import Cluster
 from merge.multimap.team import Team
 from merge.records.result import MergedGroup, MergeResult, PairResult
 
@@ -16,7 +16,7 @@ CALIBRATED = "quilt"
 """The method whose answers the constants of the decision were fitted to."""
 
 
-def told_result(team: Team, groups: Sequence[Group]) -> MergeResult:
+def merge_result(team: Team, groups: Sequence[Cluster]) -> MergeResult:
     """The result of a team that is solved."""
     pairs = team.verdicts(groups)
     told = [_told(team, group) for group in groups]
@@ -27,7 +27,7 @@ def told_result(team: Team, groups: Sequence[Group]) -> MergeResult:
     return MergeResult(team.names, tuple(pairs), tuple(told), left_out, calibrated)
 
 
-def _told(team: Team, group: Group) -> MergedGroup:
+def _told(team: Team, group: Cluster) -> MergedGroup:
     names = [name for name in team.names if team.place(name) in group.poses]
     reference = _reference(team, group, names)
     placed = {name: team.metric(group, reference, name) for name in names}
@@ -41,7 +41,7 @@ def _told(team: Team, group: Group) -> MergedGroup:
     return MergedGroup(reference, placed, fused.merged, fused.conflicts)
 
 
-def _reference(team: Team, group: Group, names: Sequence[str]) -> str:
+def _reference(team: Team, group: Cluster, names: Sequence[str]) -> str:
     """The map that was asked for, else that which knows the largest area where the group puts it; the one that comes
     first by what it holds, of equals."""
     if team.settings.reference in names:
@@ -49,7 +49,7 @@ def _reference(team: Team, group: Group, names: Sequence[str]) -> str:
     return max(sorted(names, key=team.place), key=lambda name: _area(team, group, name))
 
 
-def _area(team: Team, group: Group, name: str) -> float:
+def _area(team: Team, group: Cluster, name: str) -> float:
     index = team.place(name)
     return round(float(team.grounds[index].area * group.poses[index].scale ** 2), 3)
 

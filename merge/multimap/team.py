@@ -8,11 +8,11 @@ from itertools import combinations
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.multimap.cluster import Group, agrees, predicted, settled
-from merge.multimap.cluster_alignment import Join, ends, joined
+from merge.multimap.cluster import Cluster, agrees, predicted, settled
+from merge.multimap.cluster_alignment import ClusterAlignment, ends, joined
 from merge.multimap.cluster_merging import LEAST_AGREEING, agreeing_refusals, borne_out, quilt
 from merge.multimap.consistency import consistent
-from merge.multimap.edge import Edge, Ground
+from merge.multimap.edge import Edge, LocalFrame
 from merge.multimap.guided_matching import (
     AGAINST_TEAM,
     NO_OVERLAP,
@@ -25,7 +25,7 @@ from merge.multimap.guided_matching import (
     won,
 )
 from merge.multimap.joint_icp import joint
-from merge.multimap.overlap_likelihood import Witness
+from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.multimap.pair_selection import Pair
 from merge.multimap.pairs import Pairs
 from merge.pair.matching import PairTask, match
@@ -41,11 +41,11 @@ WORTH = 0.5
 class Team(Pairs):
     """The pairs of a team, and the groups that they make."""
 
-    def solve(self) -> list[Group]:
+    def solve(self) -> list[Cluster]:
         """Match pairs, group the maps, and refine; ``answers`` then has the verdict of each pair."""
         self.match_pairs()
-        self.grounds = Ground.all(self.maps, self.shelf)
-        self.witness = Witness(self.maps, self.grounds, self.shelf)
+        self.grounds = LocalFrame.all(self.maps, self.shelf)
+        self.witness = OverlapLikelihood(self.maps, self.grounds, self.shelf)
         groups = self._groups()
         for _ in range(ROUNDS - 1):
             chosen = self.more_pairs(groups)
@@ -59,24 +59,24 @@ class Team(Pairs):
         indices = self._place_of_name[answer.target], self._place_of_name[answer.source]
         return edge(answer, indices, self.grounds)
 
-    def metric(self, group: Group, target: str, source: str) -> Similarity2:
+    def metric(self, group: Cluster, target: str, source: str) -> Similarity2:
         """target_from_source in stated metres, as a group has it."""
         a, b = self._place_of_name[target], self._place_of_name[source]
         local = predicted(group, a, b)
         return self.grounds[a].metres_from_local @ local @ self.grounds[b].metres_from_local.inverse()
 
-    def _groups(self) -> list[Group]:
+    def _groups(self) -> list[Cluster]:
         edges = [self.edge(self.answers[pair]) for pair in sorted(self.answers) if self.answers[pair].accepted]
         return consistent(len(self.maps), edges, self.witness, self.scale.fixed)
 
-    def _finished(self, group: Group) -> Group:
+    def _finished(self, group: Cluster) -> Cluster:
         """A group with the pairs that it explains, refined as a whole; the verdicts follow it."""
         if len(group.poses) > 1:
             group = self._explained(group)
             group = joint(group, self.witness.chart, self._tolerances(), self.scale.fixed)
         return group
 
-    def _explained(self, group: Group) -> Group:
+    def _explained(self, group: Cluster) -> Cluster:
         held = {(e.target, e.source) for e in group.edges}
         open_pairs = [pair for pair in combinations(sorted(group.poses), 2) if pair not in held]
         near = [pair for pair in open_pairs if self.witness(*pair, predicted(group, *pair)) >= WORTH]
@@ -94,12 +94,12 @@ class Team(Pairs):
             if pair not in held:
                 self._put_aside(pair, pair in near)
         return (
-            settled(Group(group.poses, tuple(edges)), edges, self.scale.fixed)
+            settled(Cluster(group.poses, tuple(edges)), edges, self.scale.fixed)
             if len(edges) > len(group.edges)
             else group
         )
 
-    def _regained(self, groups: list[Group]) -> list[Group]:
+    def _regained(self, groups: list[Cluster]) -> list[Cluster]:
         """The groups, those joined that refused answers and all their maps together join."""
         tried: set[tuple[frozenset[int], frozenset[int]]] = set()
         while True:
@@ -115,7 +115,7 @@ class Team(Pairs):
             else:
                 return sorted(groups, key=lambda group: group.root)
 
-    def _together(self, first: Group, second: Group) -> Group | None:
+    def _together(self, first: Cluster, second: Cluster) -> Cluster | None:
         """Two groups as one, on refused answers that agree with one another and with their maps matched as one each."""
         answers = [
             self.answers[pair]
@@ -131,15 +131,15 @@ class Team(Pairs):
             return None
         place = first.poses[there[0]] @ self._local(found.target_from_source, there[0], here[0])
         place = place @ second.poses[here[0]].inverse()
-        both = Group({**first.poses, **{index: place @ pose for index, pose in second.poses.items()}}, ())
+        both = Cluster({**first.poses, **{index: place @ pose for index, pose in second.poses.items()}}, ())
         for way in ways:
             pairs = ends(borne_out(way, first, second, place, self.scale.fixed))
             if len(pairs) >= LEAST_AGREEING and self._allowed(both, first, second):
                 edges = self._won(both, pairs, found.confidence)
-                return joined(first, second, Join(place, edges, 0.0), self.scale.fixed) if edges else None
+                return joined(first, second, ClusterAlignment(place, edges, 0.0), self.scale.fixed) if edges else None
         return None
 
-    def _won(self, group: Group, pairs: Iterable[frozenset[int]], confidence: float) -> tuple[Edge, ...]:
+    def _won(self, group: Cluster, pairs: Iterable[frozenset[int]], confidence: float) -> tuple[Edge, ...]:
         """Refused pairs, told anew where the group puts them."""
         ordered = sorted((min(pair), max(pair)) for pair in pairs)
         tasks = [NearTask(task, self.metric(group, *task.names)) for task in map(self.task, ordered)]
@@ -151,14 +151,14 @@ class Team(Pairs):
                 edges.append(self.edge(told))
         return tuple(edges)
 
-    def _allowed(self, both: Group, first: Group, second: Group) -> bool:
+    def _allowed(self, both: Cluster, first: Cluster, second: Cluster) -> bool:
         """Whether no start pose speaks against two groups lying so."""
         names = self.maps.names
         pairs = ((names[a], names[b]) for a in first.poses for b in second.poses)
         told = ((self.expected[pair], self.metric(both, *pair)) for pair in pairs if pair in self.expected)
         return all(expected.allows(found) for expected, found in told)
 
-    def _quilt(self, group: Group) -> tuple[int, OccupancyGrid]:
+    def _quilt(self, group: Cluster) -> tuple[int, OccupancyGrid]:
         """What a group has merged so far, in the frame of its largest map, and which that is."""
         members = sorted(group.poses, key=lambda k: -self.grounds[k].area * group.poses[k].scale ** 2)
         names = [self.maps.names[k] for k in members]
@@ -174,7 +174,7 @@ class Team(Pairs):
         """target_from_source in local frames, from that in metres."""
         return self.grounds[target].metres_from_local.inverse() @ metric @ self.grounds[source].metres_from_local
 
-    def _as_predicted(self, answer: PairResult, group: Group) -> bool:
+    def _as_predicted(self, answer: PairResult, group: Cluster) -> bool:
         found = self.edge(answer)
         return agrees(found, predicted(group, found.target, found.source), self.scale.fixed, found.covariance)
 
@@ -192,7 +192,7 @@ class Team(Pairs):
             if answer.evidence is not None and answer.accepted
         }
 
-    def verdicts(self, groups: Sequence[Group]) -> list[PairResult]:
+    def verdicts(self, groups: Sequence[Cluster]) -> list[PairResult]:
         """What became of each pair, in the order in which the maps came."""
         group_of = {index: k for k, group in enumerate(groups) for index in group.poses}
         for pair in self.pairs():

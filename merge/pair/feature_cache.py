@@ -13,9 +13,9 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
-from merge.pair.pipeline import Sheet
+from merge.pair.pipeline import MapFeatures
 from merge.pair.published import Published
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposer
 
 MARGIN_CELLS = 32
@@ -30,29 +30,29 @@ KEPT = 40
 Method = Proposer[Any] | Published[Any]
 
 
-class Shelf:
+class FeatureCache:
     """What is known of the maps that were last asked for."""
 
     def __init__(self, kept: int = KEPT) -> None:
         self._kept = kept
-        self._maps: OrderedDict[bytes, tuple[Chart, dict[Method, Any]]] = OrderedDict()
+        self._maps: OrderedDict[bytes, tuple[PreparedMap, dict[Method, Any]]] = OrderedDict()
 
-    def chart(self, grid: OccupancyGrid) -> Chart:
+    def chart(self, grid: OccupancyGrid) -> PreparedMap:
         """The chart of a map, made where it is not at hand."""
         return self._known(grid)[0]
 
-    def sheet(self, grid: OccupancyGrid, methods: Sequence[Method]) -> Sheet:
+    def sheet(self, grid: OccupancyGrid, methods: Sequence[Method]) -> MapFeatures:
         """The sheet of a map for these methods, made where it is not at hand."""
         chart, descriptions = self._known(grid)
         for method in methods:
             if method not in descriptions:
                 descriptions[method] = method.describe(chart)
-        return Sheet(chart, tuple(descriptions[method] for method in methods))
+        return MapFeatures(chart, tuple(descriptions[method] for method in methods))
 
-    def _known(self, grid: OccupancyGrid) -> tuple[Chart, dict[Method, Any]]:
+    def _known(self, grid: OccupancyGrid) -> tuple[PreparedMap, dict[Method, Any]]:
         key = fingerprint(grid)
         if key not in self._maps:
-            self._maps[key] = make_chart(grid), {}
+            self._maps[key] = prepare_map(grid), {}
         self._maps.move_to_end(key)
         if len(self._maps) > self._kept:
             self._maps.popitem(last=False)
@@ -64,25 +64,25 @@ def fingerprint(grid: OccupancyGrid) -> bytes:
     return hashlib.sha256(repr(grid.frame.shape).encode() + grid.log_odds.tobytes()).digest()
 
 
-def make_chart(grid: OccupancyGrid) -> Chart:
+def prepare_map(grid: OccupancyGrid) -> PreparedMap:
     """The chart of a map's known part, in its own cells or, of a large map, in wider ones."""
     in_cells = OccupancyGrid(GridFrame(1.0, SE2.identity(), grid.frame.shape), grid.log_odds).cropped()
-    return Chart(_lighter(in_cells).cropped(MARGIN_CELLS))
+    return PreparedMap(_lighter(in_cells).cropped(MARGIN_CELLS))
 
 
-def cell_width(chart: Chart) -> float:
+def cell_width(chart: PreparedMap) -> float:
     """Of a cell of the chart, in cells of its map."""
     return chart.grid.frame.resolution
 
 
-def map_cells_from_chart(chart: Chart) -> Similarity2:
+def map_cells_from_prepared(chart: PreparedMap) -> Similarity2:
     """From cells of the chart to cells of the map that it is of."""
     return Similarity2.from_se2(chart.grid.frame.origin, cell_width(chart))
 
 
-def metres_from_chart(frame: GridFrame, chart: Chart) -> Similarity2:
+def metres_from_prepared(frame: GridFrame, chart: PreparedMap) -> Similarity2:
     """From cells of the chart of a map with that frame to its metres."""
-    return Similarity2.from_se2(frame.origin, frame.resolution) @ map_cells_from_chart(chart)
+    return Similarity2.from_se2(frame.origin, frame.resolution) @ map_cells_from_prepared(chart)
 
 
 def _lighter(grid: OccupancyGrid) -> OccupancyGrid:

@@ -20,8 +20,8 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet, Unit
 from mapping.seeds import Role, stream
 from merge.methods import PROPOSERS, PUBLISHED
-from merge.pair.feature_cache import Method, Shelf, cell_width, map_cells_from_chart, metres_from_chart
-from merge.pair.pipeline import PairAnswer, Sheet, merge_pair
+from merge.pair.feature_cache import FeatureCache, Method, cell_width, map_cells_from_prepared, metres_from_prepared
+from merge.pair.pipeline import MapFeatures, PairAnswer, merge_pair
 from merge.records.result import Alternative, PairResult
 from merge.settings import MergeSettings
 from merge.verification.acceptance import Decision
@@ -69,24 +69,24 @@ class PairTask:
             return (PUBLISHED[self.settings.method],)
         return PROPOSERS[self.settings.method]
 
-    def sheets(self, shelf: Shelf, methods: Sequence[Method]) -> tuple[Sheet, Sheet]:
+    def sheets(self, shelf: FeatureCache, methods: Sequence[Method]) -> tuple[MapFeatures, MapFeatures]:
         return shelf.sheet(self.grids[0], methods), shelf.sheet(self.grids[1], methods)
 
-    def in_cells(self, scale: ScaleRange, sheets: tuple[Sheet, Sheet]) -> ScaleRange:
+    def in_cells(self, scale: ScaleRange, sheets: tuple[MapFeatures, MapFeatures]) -> ScaleRange:
         """Scales in metres as stated, in cells of the target's sheet per cell of the source's."""
         return scale.times(self.cells_per_cell * cell_width(sheets[1].chart) / cell_width(sheets[0].chart))
 
 
-def match(task: PairTask, shelf: Shelf | None = None) -> PairResult:
+def match(task: PairTask, shelf: FeatureCache | None = None) -> PairResult:
     """The answer for one pair; it depends neither on other maps nor on which of the two comes first."""
-    sheets = task.sheets(shelf or process_shelf(), task.methods)
+    sheets = task.sheets(shelf or process_feature_cache(), task.methods)
     answer = _answer(*sheets, task.in_cells(task.scale, sheets), task.settings, task.seed)
     if answer.decision.accepted or task.settings.scale is not None or not task.scale.fixed:
         return told(task, answer, sheets)
     return told(task, _at_another_scale(task, sheets) or answer, sheets)
 
 
-def _at_another_scale(task: PairTask, sheets: tuple[Sheet, Sheet]) -> PairAnswer | None:
+def _at_another_scale(task: PairTask, sheets: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
     """The answer that would be accepted if the maps did not state their resolutions, refused, and saying so; None where
     there is none. The first proposer alone is asked, which costs little."""
     scale = ScaleRange.free()
@@ -101,15 +101,15 @@ def _at_another_scale(task: PairTask, sheets: tuple[Sheet, Sheet]) -> PairAnswer
 
 
 @cache
-def process_shelf() -> Shelf:
+def process_feature_cache() -> FeatureCache:
     """The shelf of a worker's process: tasks of one map follow one another, and it is prepared once."""
-    return Shelf()
+    return FeatureCache()
 
 
 def run_tasks(
-    function: Callable[[Task, Shelf | None], Result],
+    function: Callable[[Task, FeatureCache | None], Result],
     tasks: Sequence[Task],
-    shelf: Shelf,
+    shelf: FeatureCache,
     executor: Executor | None = None,
     on_done: Callable[[], None] = lambda: None,
 ) -> list[Result]:
@@ -128,7 +128,7 @@ def run_tasks(
 
 
 def _as_they_come(
-    function: Callable[[Task, Shelf | None], Result], tasks: Sequence[Task], executor: Executor
+    function: Callable[[Task, FeatureCache | None], Result], tasks: Sequence[Task], executor: Executor
 ) -> Iterator[tuple[int, Result]]:
     running: dict[Future[Result], int] = {}
     waiting = list(range(len(tasks) - 1, -1, -1))
@@ -146,8 +146,8 @@ def _as_they_come(
 
 
 def _answer(
-    target: Sheet,
-    source: Sheet,
+    target: MapFeatures,
+    source: MapFeatures,
     scale: ScaleRange,
     settings: MergeSettings,
     seed: int,
@@ -155,14 +155,14 @@ def _answer(
 ) -> PairAnswer:
     """By so many of the method's proposers, or all."""
     rng = stream(seed, Role.MERGE)
-    if canonical(target.chart.grid) <= canonical(source.chart.grid):
+    if canonical_order(target.chart.grid) <= canonical_order(source.chart.grid):
         return _judged(target, source, scale, settings, rng, proposers)
     return _judged(source, target, scale.inverse(), settings, rng, proposers).inverse()
 
 
 def _judged(
-    target: Sheet,
-    source: Sheet,
+    target: MapFeatures,
+    source: MapFeatures,
     scale: ScaleRange,
     settings: MergeSettings,
     rng: np.random.Generator,
@@ -173,12 +173,12 @@ def _judged(
     return merge_pair(target, source, scale, PROPOSERS[settings.method][:proposers], rng, settings.decision)
 
 
-def canonical(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
+def canonical_order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
     """What maps are ordered by wherever the order could matter: what they hold, not when they came."""
     return grid.frame.shape, grid.log_odds.tobytes()
 
 
-def told(task: PairTask, answer: PairAnswer, sheets: tuple[Sheet, Sheet]) -> PairResult:
+def told(task: PairTask, answer: PairAnswer, sheets: tuple[MapFeatures, MapFeatures]) -> PairResult:
     """An answer in cells of the sheets, told in metres and in pixels of the maps."""
     frames = task.grids[0].frame, task.grids[1].frame
 
@@ -192,7 +192,7 @@ def told(task: PairTask, answer: PairAnswer, sheets: tuple[Sheet, Sheet]) -> Pai
     if found is not None:
         metric = in_metres(found)
         if answer.uncertainty is not None:
-            covariance = answer.uncertainty.of_parameters(metres_from_chart(frames[0], sheets[0].chart), metric)
+            covariance = answer.uncertainty.of_parameters(metres_from_prepared(frames[0], sheets[0].chart), metric)
     return PairResult(
         target=task.names[0],
         source=task.names[1],
@@ -211,8 +211,8 @@ def told(task: PairTask, answer: PairAnswer, sheets: tuple[Sheet, Sheet]) -> Pai
 
 
 def _pixels(
-    target: Sheet, cells: Similarity2, source: Sheet, frames: tuple[GridFrame, GridFrame]
+    target: MapFeatures, cells: Similarity2, source: MapFeatures, frames: tuple[GridFrame, GridFrame]
 ) -> NDArray[np.float64]:
-    corners = [map_cells_from_chart(sheet.chart) for sheet in (target, source)]
+    corners = [map_cells_from_prepared(sheet.chart) for sheet in (target, source)]
     bare = [GridFrame(1.0, SE2.identity(), frame.shape) for frame in frames]
     return pixel_matrix(bare[0], corners[0] @ cells @ corners[1].inverse(), bare[1])

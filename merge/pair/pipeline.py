@@ -10,11 +10,11 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.hypotheses import Candidate, candidates, distinct, finished, is_rival, rivals, settled, sharpest
-from merge.preparation.prepared_map import Chart
+from merge.alignment.hypotheses import Hypothesis, candidates, distinct, finished, is_rival, rivals, settled, sharpest
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal, Proposer
 from merge.records.result import Evidence
-from merge.verification.acceptance import BARE, Decision, DecisionSettings, decide, lead_of
+from merge.verification.acceptance import BARE, AcceptanceSettings, Decision, decide, lead_of
 from merge.verification.cell_overlap import compare_cells
 from merge.verification.uncertainty import Uncertainty, uncertainty
 
@@ -32,10 +32,10 @@ ALTERNATIVES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class MapFeatures:
     """A map as the merger holds it: its chart, and what each proposer of the method found on it."""
 
-    chart: Chart
+    chart: PreparedMap
     descriptions: tuple[Any, ...]
 
 
@@ -77,12 +77,12 @@ class PairAnswer:
 
 
 def merge_pair(
-    target: Sheet,
-    source: Sheet,
+    target: MapFeatures,
+    source: MapFeatures,
     scale: ScaleRange,
     proposers: Sequence[Proposer[Any]],
     rng: np.random.Generator,
-    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
+    settings: AcceptanceSettings = AcceptanceSettings(),  # noqa: B008
 ) -> PairAnswer:
     """Propose, verify, refine, decide; the next proposer is asked only where no answer is sure yet.
 
@@ -93,8 +93,8 @@ def merge_pair(
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
         return PairAnswer(None, None, Decision(False, 0.0, BARE))
     charts = target.chart, source.chart
-    rough: list[Candidate] = []
-    found: list[Candidate] = []
+    rough: list[Hypothesis] = []
+    found: list[Hypothesis] = []
     stages = list(zip(proposers, target.descriptions, source.descriptions, strict=False))
     for number, (proposer, there, here) in enumerate(stages, start=1):
         proposals = proposer.propose(there, here, scale, rng)
@@ -112,12 +112,16 @@ def merge_pair(
     return answer
 
 
-def _is_sure(evidence: Evidence, settings: DecisionSettings) -> bool:
+def _is_sure(evidence: Evidence, settings: AcceptanceSettings) -> bool:
     return evidence.agreement >= SURE_AGREEMENT and lead_of(evidence) >= settings.enough_lead
 
 
 def _best(
-    target: Chart, source: Chart, found: Sequence[Candidate], scale: ScaleRange, settings: DecisionSettings
+    target: PreparedMap,
+    source: PreparedMap,
+    found: Sequence[Hypothesis],
+    scale: ScaleRange,
+    settings: AcceptanceSettings,
 ) -> PairAnswer:
     level = sharpest(found)
     best = settled(target, source, found[0], scale, level)
@@ -139,7 +143,7 @@ def _best(
 
 
 def _evidence(
-    target: Chart, source: Chart, best: Candidate, level: int, rival_agreement: float, exactness: float
+    target: PreparedMap, source: PreparedMap, best: Hypothesis, level: int, rival_agreement: float, exactness: float
 ) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
     walls = best.laid[level]
@@ -163,11 +167,11 @@ def _evidence(
 
 
 def answer_near(
-    target: Sheet,
-    source: Sheet,
+    target: MapFeatures,
+    source: MapFeatures,
     places: Sequence[Similarity2],
     scale: ScaleRange,
-    settings: DecisionSettings = DecisionSettings(),  # noqa: B008
+    settings: AcceptanceSettings = AcceptanceSettings(),  # noqa: B008
 ) -> PairAnswer:
     """Verify, refine and decide where it is known from elsewhere that the source lies near one of these places: no
     place far off is its rival."""

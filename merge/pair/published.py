@@ -9,7 +9,7 @@ import numpy as np
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.pair.pipeline import PairAnswer
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.verification.acceptance import Decision
 
 Description = TypeVar("Description")
@@ -23,7 +23,7 @@ class Published(Protocol[Description]):
     Its confidence is its own score, brought to 0 to 1: it orders answers and is no probability.
     """
 
-    def describe(self, chart: Chart) -> Description:
+    def describe(self, chart: PreparedMap) -> Description:
         """What the method needs to know of one map."""
         ...
 

@@ -27,7 +27,7 @@ Raster = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
+class CorrelationPyramid:
     """Rasters of the known part of a map, each in cells 1, 2, 4, ... times as wide as the map's.
 
     ``free`` is 1 in free space and ``BEHIND_WALLS`` in a band behind walls, ``deep`` is 1 deep in free space, ``wall``
@@ -41,11 +41,11 @@ class Layers:
     size: tuple[int, int]
 
     @staticmethod
-    def of(grid: OccupancyGrid, surface: NDArray[np.bool_]) -> Layers:
+    def of(grid: OccupancyGrid, surface: NDArray[np.bool_]) -> CorrelationPyramid:
         rows, cols = np.nonzero(grid.known)
         if not rows.size:
             blank = (np.zeros((1, 1), np.float32),)
-            return Layers(blank, blank, blank, (0, 0), (1, 1))
+            return CorrelationPyramid(blank, blank, blank, (0, 0), (1, 1))
         box = slice(rows.min(), rows.max() + 1), slice(cols.min(), cols.max() + 1)
         free = _free(grid, box)
         size = int(np.ptp(cols)) + 1, int(np.ptp(rows)) + 1
@@ -54,7 +54,9 @@ class Layers:
             1:-1, 1:-1
         ]
         deep = (away > max(2.0, DEEP_SHARE * math.hypot(*free.shape))).astype(np.float32)
-        return Layers(_pyramid(free), _pyramid(deep), _pyramid(walls), (int(cols.min()), int(rows.min())), size)
+        return CorrelationPyramid(
+            _pyramid(free), _pyramid(deep), _pyramid(walls), (int(cols.min()), int(rows.min())), size
+        )
 
     @property
     def middle(self) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mapping.arrays import frozen_array, sealed
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.correspondences import Indices, Surface
-from merge.preparation.correlation_pyramid import Layers
+from merge.preparation.correlation_pyramid import CorrelationPyramid
 
 NORMAL_BLUR_CELLS = 1.2
 SECTOR_COSINE = 0.38
@@ -25,7 +25,7 @@ MARGIN_SHARE = 0.06
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class PreparedMap:
     """A grid and what is asked of it again and again, in cells from the grid's lower left corner (x, y; y up); each
     made when it is first asked for.
 
@@ -76,9 +76,9 @@ class Chart:
         return self.points, self.normals, self.nearest, self.depth, self.margin
 
     @cached_property
-    def layers(self) -> Layers:
+    def layers(self) -> CorrelationPyramid:
         """The map as the correlation sees it."""
-        return Layers.of(self.grid, _surface(self.grid))
+        return CorrelationPyramid.of(self.grid, _surface(self.grid))
 
     @cached_property
     def middle(self) -> NDArray[np.float64]:

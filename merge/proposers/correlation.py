@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.correlation_pyramid import Layers
+from merge.preparation.correlation_pyramid import CorrelationPyramid
 
 SIGMA_CELLS = 1.2
 FACING_WEIGHT, WALL_WEIGHT = 1.9, 0.43
@@ -42,8 +42,8 @@ class Peak:
 
 
 def correlate(
-    target: Layers,
-    source: Layers,
+    target: CorrelationPyramid,
+    source: CorrelationPyramid,
     scale: float,
     yaws: Iterable[float],
     across: int = 112,
@@ -108,7 +108,9 @@ def _similarity(
     return Similarity2(x, y, yaw, scale)
 
 
-def _shape(target: Layers, source: Layers, scale: float, yaws: list[float], cell: float) -> tuple[int, int]:
+def _shape(
+    target: CorrelationPyramid, source: CorrelationPyramid, scale: float, yaws: list[float], cell: float
+) -> tuple[int, int]:
     sides = []
     for axis in (1, 0):  # rows, columns
         there = target.size[axis] / cell
@@ -120,7 +122,7 @@ def _shape(target: Layers, source: Layers, scale: float, yaws: list[float], cell
     return sides[0], sides[1]
 
 
-def _spectra(layers: Layers, yaw: float, cells: float, shape: tuple[int, int]) -> Spectrum:
+def _spectra(layers: CorrelationPyramid, yaw: float, cells: float, shape: tuple[int, int]) -> Spectrum:
     spectra: Spectrum = fft.rfft2(layers.placed(yaw, cells, shape), axes=(1, 2))
     return spectra
 

@@ -13,11 +13,11 @@ from scipy.spatial import cKDTree
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 
 Marks = NDArray[np.float64]
-"""Landmarks (N, 3): x and y of the middle, and size, in cells of a ``Chart``; those of most cells first."""
+"""Landmarks (N, 3): x and y of the middle, and size, in cells of a ``PreparedMap``; those of most cells first."""
 
 MIN_CELLS = 4
 SLACK = 1.03
@@ -49,7 +49,7 @@ class Landmarks:
     min_inliers: int = 4
     proposals: int = 12
 
-    def describe(self, chart: Chart) -> tuple[Marks, float]:
+    def describe(self, chart: PreparedMap) -> tuple[Marks, float]:
         """The landmarks, and the diagonal that distances are shares of."""
         return _landmarks(chart.grid, chart.diagonal, self), chart.diagonal
 

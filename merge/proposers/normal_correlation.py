@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
-from merge.preparation.correlation_pyramid import Layers
-from merge.preparation.prepared_map import Chart
+from merge.preparation.correlation_pyramid import CorrelationPyramid
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import Peak, correlate
 from merge.proposers.orientation_histogram import correlated, likely_yaws, wall_directions
 from merge.proposers.proposer import Proposal
@@ -21,14 +21,14 @@ ALL_ROUND = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
 
 @dataclass(frozen=True, eq=False)
 class FacingWalls:
-    """What ``Facing`` keeps of a map."""
+    """What ``NormalCorrelation`` keeps of a map."""
 
-    layers: Layers
+    layers: CorrelationPyramid
     directions: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Facing:
+class NormalCorrelation:
     """Over scales and likely rotations, correlation of signed surface normals: for what is too ragged for features.
 
     - ``scale_step``, ``across``, ``peaks``: the correlation's scales lie no further apart than this factor, its rasters
@@ -49,7 +49,7 @@ class Facing:
     coarse_contradiction: float = 0.35
     clear: float = 0.75
 
-    def describe(self, chart: Chart) -> FacingWalls:
+    def describe(self, chart: PreparedMap) -> FacingWalls:
         """The rasters to correlate, and the wall directions."""
         return FacingWalls(chart.layers, wall_directions(chart.normals))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
 from merge.proposers.proposer import Proposal
 
@@ -24,7 +24,7 @@ SMALLEST_SIDE = 63
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
-    """Keypoints (N, 2), x and y in cells of a ``Chart``, and descriptors (N, 32) uint8."""
+    """Keypoints (N, 2), x and y in cells of a ``PreparedMap``, and descriptors (N, 32) uint8."""
 
     points: NDArray[np.float64]
     descriptors: NDArray[np.uint8]
@@ -49,7 +49,7 @@ class Orb:
         if not 0.0 < self.ratio <= 1.0:
             raise ValueError(f"Orb: ratio is {self.ratio}, must lie in (0, 1]")
 
-    def describe(self, chart: Chart) -> tuple[Keypoints, ...]:
+    def describe(self, chart: PreparedMap) -> tuple[Keypoints, ...]:
         """The keypoints of both pictures."""
         rows = chart.grid.frame.shape[0]
         return tuple(
@@ -90,7 +90,7 @@ def match_bits(
     return np.array([m.trainIdx for m in kept], dtype=np.intp), np.array([m.queryIdx for m in kept], dtype=np.intp)
 
 
-def _depth_picture(chart: Chart) -> NDArray[np.uint8]:
+def _depth_picture(chart: PreparedMap) -> NDArray[np.uint8]:
     rows, cols = chart.grid.frame.shape
     margin = chart.margin
     depth = chart.depth[margin : margin + rows, margin : margin + cols][::-1]

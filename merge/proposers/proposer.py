@@ -9,14 +9,14 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 
 Description = TypeVar("Description")
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A transform worth judging, from cells of the source to cells of the target (``Chart``).
+    """A transform worth judging, from cells of the source to cells of the target (``PreparedMap``).
 
     ``matches`` and ``inliers`` count point pairs and those that agree; None for a method that matches no points.
     ``votes`` is how many proposals said nearly the same.
@@ -35,7 +35,7 @@ class Proposer(Protocol[Description]):
     methods and lie outside.
     """
 
-    def describe(self, chart: Chart) -> Description:
+    def describe(self, chart: PreparedMap) -> Description:
         """What the method needs to know of one map; done once however many pairs the map is in."""
         ...
 

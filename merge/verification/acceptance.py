@@ -24,7 +24,7 @@ MISSING = 2.0
 
 
 @dataclass(frozen=True)
-class DecisionSettings:
+class AcceptanceSettings:
     """The constants of ``decide``; lengths in cells of the coarser map.
 
     - ``lead``, ``contradiction``, ``threshold``: the log-odds of the right place are ``lead`` times what the best rival
@@ -75,7 +75,7 @@ class Decision:
     reason: str | None
 
 
-def decide(evidence: Evidence, settings: DecisionSettings = DecisionSettings()) -> Decision:
+def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings()) -> Decision:
     """Accept where the answer is sure enough and nothing that must be there is missing.
 
     The confidence is the chance that the place is the right one, times that of its being told exactly enough; it rises
@@ -100,18 +100,18 @@ def lead_of(evidence: Evidence) -> float:
     return max(0.0, evidence.agreement - evidence.rival_agreement)
 
 
-def features(evidence: Evidence, settings: DecisionSettings) -> tuple[float, float]:
+def features(evidence: Evidence, settings: AcceptanceSettings) -> tuple[float, float]:
     """What ``lead`` and, with a minus, ``contradiction`` weigh."""
     contradiction = (evidence.walls_deep_in_free or 0.0) * evidence.overlap
     return min(lead_of(evidence), settings.enough_lead), min(contradiction, settings.enough_contradiction)
 
 
-def _log_odds(evidence: Evidence, settings: DecisionSettings) -> float:
+def _log_odds(evidence: Evidence, settings: AcceptanceSettings) -> float:
     lead, contradiction = features(evidence, settings)
     return settings.lead * lead - settings.contradiction * contradiction - settings.threshold
 
 
-def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, float, float], ...]:
+def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[str, float, float], ...]:
     return (
         (BARE, evidence.matched_walls_cells, settings.min_matched_walls_cells),
         (ONE_WAY, evidence.spread, settings.min_spread),
@@ -121,7 +121,7 @@ def _needed(evidence: Evidence, settings: DecisionSettings) -> tuple[tuple[str, 
     )
 
 
-def _lacking(evidence: Evidence, settings: DecisionSettings) -> str:
+def _lacking(evidence: Evidence, settings: AcceptanceSettings) -> str:
     without_rival = min(evidence.agreement, settings.enough_lead)
     if lead_of(evidence) < without_rival and evidence.agreement >= settings.min_agreement:
         return RIVAL

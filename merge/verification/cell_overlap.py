@@ -39,7 +39,7 @@ class CommonCells:
 def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_source: Similarity2) -> CommonCells:
     """Compare the original rasters, each cell with the cell of the other that holds its centre.
 
-    ``target_from_source`` maps cells to cells (``Chart``). The mean of both directions, so that
+    ``target_from_source`` maps cells to cells (``PreparedMap``). The mean of both directions, so that
     swapping the maps and inverting gives the same; free on free and occupied on occupied agree, free on occupied
     disagrees.
     """
@@ -53,7 +53,7 @@ def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_sour
 
 
 def centres(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Centres (N, 2), x and y in cells (``Chart``), of the set cells of a raster (rows, cols)."""
+    """Centres (N, 2), x and y in cells (``PreparedMap``), of the set cells of a raster (rows, cols)."""
     return np.argwhere(mask)[:, ::-1].astype(np.float64) + 0.5
 
 

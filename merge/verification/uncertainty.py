@@ -13,7 +13,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import nearest_points
 from merge.alignment.deduplication import smaller_diagonal
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.verification.wall_overlap import thinned, tolerance_cells
 
 PATCH_SHARE = 0.25
@@ -31,7 +31,7 @@ CELL_NOISE = 0.3
 
 STRAIGHT = 0.08
 """Where the matched walls face one way but for this share, what they seem to say of shifts along themselves is the
-raggedness of their cells; as ``min_spread`` in ``DecisionSettings``."""
+raggedness of their cells; as ``min_spread`` in ``AcceptanceSettings``."""
 
 MOST_POINTS = 4000
 
@@ -105,7 +105,7 @@ def _chance_within(bound: float, sigma: float) -> float:
     return -math.expm1(-math.sqrt(2.0) * bound / sigma) if sigma > 0.0 else 1.0
 
 
-def uncertainty(target: Chart, source: Chart, answer: Similarity2, scale: ScaleRange) -> Uncertainty:
+def uncertainty(target: PreparedMap, source: PreparedMap, answer: Similarity2, scale: ScaleRange) -> Uncertainty:
     """The uncertainty of a refined answer, from how the walls lie under it.
 
     The errors of neighbouring walls are not independent: drift moves all walls of a patch together. So the maps are cut
@@ -126,7 +126,7 @@ def uncertainty(target: Chart, source: Chart, answer: Similarity2, scale: ScaleR
     return Uncertainty(centre, covariance)
 
 
-def _paired(target: Chart, source: Chart, answer: Similarity2, centre: NDArray[np.float64]) -> _Pairs:
+def _paired(target: PreparedMap, source: PreparedMap, answer: Similarity2, centre: NDArray[np.float64]) -> _Pairs:
     """Every point of either surface with its nearest on the other."""
     gate = GATE_TOLERANCES * tolerance_cells(target, source, answer.scale)
     there = _nearest(target, source, answer, gate)
@@ -148,7 +148,7 @@ class _Laid:
     weights: NDArray[np.float64]
 
 
-def _nearest(below: Chart, above: Chart, below_from_above: Similarity2, gate: float) -> _Laid:
+def _nearest(below: PreparedMap, above: PreparedMap, below_from_above: Similarity2, gate: float) -> _Laid:
     kept, weight = thinned(len(above.points), MOST_POINTS)
     normals = _turned(above.normals[kept], below_from_above)
     index, distance = nearest_points(below.surface, below_from_above.apply(above.points[kept]), normals)

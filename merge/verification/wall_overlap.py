@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.correspondences import count_laid
-from merge.preparation.prepared_map import Chart
+from merge.alignment.correspondences import count_wall_overlap
+from merge.preparation.prepared_map import PreparedMap
 
 TOLERANCE_SHARES = (0.014, 0.010, 0.007, 0.0035, 0.002)
 """Walls this share of the smaller map's diagonal apart may be one wall: from what bent maps need to what crisp ones
@@ -23,7 +23,7 @@ TOLERANCE_CELLS = 1.5
 
 
 @dataclass(frozen=True)
-class Walls:
+class WallOverlap:
     """Wall lengths under one transform by one tolerance, the mean of both directions, in cells of the coarser map.
 
     ``on_walls`` lies within ``tolerance`` of surface of the other map that faces the same way. ``opposed`` lies just in
@@ -55,13 +55,17 @@ class Walls:
         return (self.on_walls / self.judged) ** 2 * math.cbrt(min(1.0, self.on_walls / self.smaller))
 
 
-def tolerance_cells(target: Chart, source: Chart, scale: float, share: float = TOLERANCE_SHARES[0]) -> float:
+def tolerance_cells(
+    target: PreparedMap, source: PreparedMap, scale: float, share: float = TOLERANCE_SHARES[0]
+) -> float:
     """How far apart two walls may lie and still be one, in cells of the target."""
     diagonal = min(target.diagonal, scale * source.diagonal)
     return max(TOLERANCE_CELLS * max(1.0, scale), share * diagonal)
 
 
-def compare_walls(target: Chart, source: Chart, target_from_source: Similarity2, most_points: int = 2**31) -> Walls:
+def measure_wall_overlap(
+    target: PreparedMap, source: PreparedMap, target_from_source: Similarity2, most_points: int = 2**31
+) -> WallOverlap:
     """Lay both surfaces on one another, each on the other, by the loosest tolerance; swapping the maps and inverting
     gives the same.
 
@@ -70,16 +74,20 @@ def compare_walls(target: Chart, source: Chart, target_from_source: Similarity2,
     return _compared(target, source, target_from_source, most_points, TOLERANCE_SHARES[:1])[0]
 
 
-def compare_walls_sharply(
-    target: Chart, source: Chart, target_from_source: Similarity2, most_points: int = 2**31
-) -> tuple[Walls, ...]:
+def measure_wall_overlap_by_tolerance(
+    target: PreparedMap, source: PreparedMap, target_from_source: Similarity2, most_points: int = 2**31
+) -> tuple[WallOverlap, ...]:
     """The same by every tolerance, loosest first."""
     return _compared(target, source, target_from_source, most_points, TOLERANCE_SHARES)
 
 
 def _compared(
-    target: Chart, source: Chart, target_from_source: Similarity2, most_points: int, shares: tuple[float, ...]
-) -> tuple[Walls, ...]:
+    target: PreparedMap,
+    source: PreparedMap,
+    target_from_source: Similarity2,
+    most_points: int,
+    shares: tuple[float, ...],
+) -> tuple[WallOverlap, ...]:
     scale = target_from_source.scale
     tolerances = np.array([tolerance_cells(target, source, scale, share) for share in shares])
     there, scatter = _lay(target, source, target_from_source, tolerances, most_points)
@@ -89,17 +97,23 @@ def _compared(
     smaller = min(scale * len(source.points), float(len(target.points))) / coarser
     lengths = (scale * there + back) / (2.0 * coarser)
     return tuple(
-        Walls(tolerance / coarser, on_walls, opposed, in_free, smaller, spread)
+        WallOverlap(tolerance / coarser, on_walls, opposed, in_free, smaller, spread)
         for tolerance, (on_walls, opposed, in_free) in zip(tolerances.tolist(), lengths.tolist(), strict=True)
     )
 
 
 def _lay(
-    below: Chart, above: Chart, below_from_above: Similarity2, tolerances: NDArray[np.float64], most_points: int
+    below: PreparedMap,
+    above: PreparedMap,
+    below_from_above: Similarity2,
+    tolerances: NDArray[np.float64],
+    most_points: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lengths (K, 3) on walls, opposed and in free; and the sum (2, 2) of n n^T in the frame of the map below."""
     kept, weight = thinned(len(above.points), most_points)
-    lengths, (xx, xy, yy) = count_laid(below.surface, above.surface, kept, below_from_above.matrix(), tolerances)
+    lengths, (xx, xy, yy) = count_wall_overlap(
+        below.surface, above.surface, kept, below_from_above.matrix(), tolerances
+    )
     return weight * lengths, weight * np.array([[xx, xy], [xy, yy]])
 
 

@@ -21,7 +21,7 @@ from merge.literature.chen2021.morphology import CorrectedMap
 from merge.literature.chen2021.sift import Features, Sift
 from merge.pair.feature_cache import MARGIN_CELLS
 from merge.preparation.map_image import pixels_from_cells, trinary_picture
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from reproductions.chen2021.answers import StudyAnswer
 from reproductions.chen2021.cases import Case, Place
 from reproductions.chen2021.make import Study
@@ -130,17 +130,17 @@ def _corners(
     return corrected[0].corners[target], corrected[1].corners[source]
 
 
-def _chart(grid: OccupancyGrid) -> Chart:
+def _chart(grid: OccupancyGrid) -> PreparedMap:
     cropped = grid.cropped(MARGIN_CELLS)
-    return Chart(OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds))
+    return PreparedMap(OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds))
 
 
-def _pixels(chart: Chart, cells: NDArray[np.float64]) -> NDArray[np.float64]:
+def _pixels(chart: PreparedMap, cells: NDArray[np.float64]) -> NDArray[np.float64]:
     return pixels_from_cells(cells, chart.grid.frame.shape[0])
 
 
 def _near(
-    charts: Sequence[Chart],
+    charts: Sequence[PreparedMap],
     grids: Sequence[OccupancyGrid],
     there: NDArray[np.float64],
     here: NDArray[np.float64],

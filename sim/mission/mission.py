@@ -17,7 +17,7 @@ from sim.mission.settings import MissionSettings
 from sim.mission.starts import choose_starts
 from sim.physics.bullet import BulletScene
 from sim.physics.stopwatch import Stopwatch
-from sim.policies.controllers import make_pilots
+from sim.policies.controllers import make_navigators
 from worlds.raster import true_raster
 from worlds.world import World
 
@@ -127,7 +127,7 @@ def _drive(
             if replay:
                 mover = Replayed(scene, replay, stopwatch)
             else:
-                pilots = make_pilots(world, settings, starts, seed, stopwatch)
+                pilots = make_navigators(world, settings, starts, seed, stopwatch)
                 mover = Driven(scene, settings.drive, pilots, stopwatch)
         recorders = run_team(scene, robots, settings.duration, mover, stopwatch, on_progress)
     truths = tuple(recorder.truth() for recorder in recorders)

@@ -36,7 +36,7 @@ class Mover(Protocol):
 
 
 class Driver(Protocol):
-    """What ``Pilot`` does."""
+    """What ``Navigator`` does."""
 
     def command(self, scan: LidarScan, world_from_base: SE2) -> Command:
         """The (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""

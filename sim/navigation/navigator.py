@@ -36,7 +36,7 @@ LOOK_AROUND = 0.6
 """A robot that has nowhere to go and does not see all round turns this fast [rad/s]."""
 
 
-class Pilot:
+class Navigator:
     """Steers one robot from its clean scans at true poses; all it hears of the world is the ``fence``, if there is
     one, that it must not cross. ``rank`` is its number in the team, by which equals do not wait for each other."""
 

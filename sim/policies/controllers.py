@@ -8,22 +8,22 @@ from collections.abc import Sequence
 from mapping.geometry.se2 import SE2
 from mapping.seeds import Role, stream
 from sim.mission.settings import MissionSettings
-from sim.navigation.navigator import Pilot
+from sim.navigation.navigator import Navigator
 from sim.physics.stopwatch import Stopwatch
-from sim.policies.explore import Exploration
-from sim.policies.patrol import Tour, check_goals, draw_goals, floor_plan
+from sim.policies.explore import FrontierExploration
+from sim.policies.patrol import Patrol, check_goals, draw_goals, floor_plan
 from sim.policies.policy import Policy
 from worlds.world import World
 
 
-def make_pilots(
+def make_navigators(
     world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int, stopwatch: Stopwatch
-) -> list[Pilot]:
+) -> list[Navigator]:
     """A pilot for each robot, with the policy of the mission. Raises ``ValueError`` naming a goal out of reach."""
     tours = settings.policy == "tour"
-    policies = make_tours(world, settings, starts, seed) if tours else _explorations(settings, starts)
+    policies = make_patrols(world, settings, starts, seed) if tours else _explorations(settings, starts)
     return [
-        Pilot(robot, rank, policy, stopwatch, world.fence)
+        Navigator(robot, rank, policy, stopwatch, world.fence)
         for rank, (robot, policy) in enumerate(zip(settings.robots, policies, strict=True))
     ]
 
@@ -32,14 +32,14 @@ def _explorations(settings: MissionSettings, starts: Sequence[SE2]) -> list[Poli
     """Robots that begin close together are each sent off to a side of their own."""
     count = len(settings.robots)
     sides = [starts[0].yaw + math.tau * rank / count if settings.starts == "close" else None for rank in range(count)]
-    return [Exploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
+    return [FrontierExploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
 
 
-def make_tours(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Tour]:
+def make_patrols(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Patrol]:
     """A tour for each robot. Raises ``ValueError`` naming a goal out of reach."""
     plan = floor_plan(world)
     check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots))
     return [
-        Tour(plan, settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius), rank)
+        Patrol(plan, settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius), rank)
         for rank, (robot, start) in enumerate(zip(settings.robots, starts, strict=True))
     ]

@@ -34,7 +34,7 @@ PATIENCE = 15.0
 """A robot that has found nothing to see for this long [s] has finished."""
 
 
-class Exploration:
+class FrontierExploration:
     """Drives to where it expects the most unknown floor for the way; ``finished`` when nothing reachable is left.
 
     ``heading`` [rad] in the world is the side that the robot was told to see first; a team that starts together

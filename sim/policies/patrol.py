@@ -30,7 +30,7 @@ Goal = tuple[float, float]
 """x, y in the world [m]."""
 
 
-class Tour:
+class Patrol:
     """Drives to ``goals`` in turn, beginning with number ``first``, round and round; one that cannot be reached now
     is left out. The walls are known beforehand from ``plan``, the true raster; what moves is seen by the lidar."""
 

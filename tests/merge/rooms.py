@@ -13,7 +13,7 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 
 CELL = 0.05
 RANGE = 6.0
@@ -187,4 +187,4 @@ def two_charts(build, seed, source_from_world):
         )
     ]
     cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
-    return *(Chart(grid) for grid in grids), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
+    return *(PreparedMap(grid) for grid in grids), cells[0].inverse() @ source_from_world.inverse() @ cells[1]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
-from mapping.grid.frame_perturbation import disguise
+from mapping.grid.frame_perturbation import perturb_frame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange
@@ -55,7 +55,7 @@ def pair():
 @given(move=moves)
 def test_moving_the_source_moves_the_answer(pair, move):
     (target, source), before = pair
-    moved = disguise(source, move)  # move: source from moved
+    moved = perturb_frame(source, move)  # move: source from moved
     assert off_cells(answer(target, moved), before @ move, moved) < 1.0
 
 
@@ -64,14 +64,14 @@ def test_moving_the_source_moves_the_answer(pair, move):
 def test_moving_the_target_moves_the_answer_the_other_way(pair, move):
     (target, source), before = pair
     expected = move.inverse() @ before
-    assert off_cells(answer(disguise(target, move), source), expected, source) < 1.0
+    assert off_cells(answer(perturb_frame(target, move), source), expected, source) < 1.0
 
 
 @DRAWS
 @given(move=moves)
 def test_swapping_moved_maps_gives_the_inverse(pair, move):
     (target, source), _ = pair
-    moved = disguise(source, move)
+    moved = perturb_frame(source, move)
     there, back = answer(target, moved), answer(moved, target)
     assert off_cells(back.inverse(), there, moved) < 1e-6
 

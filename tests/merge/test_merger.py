@@ -12,10 +12,10 @@ from mapping.grid.frame import GridFrame, pixel_matrix
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange, merge_maps
-from merge.pair.feature_cache import Shelf
+from merge.pair.feature_cache import FeatureCache
 from merge.pair.matching import OTHER_SCALE, PairTask, _at_another_scale
 from merge.pair.pipeline import NOTHING_PROPOSED
-from merge.verification.acceptance import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, DecisionSettings
+from merge.verification.acceptance import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, AcceptanceSettings
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 QUILT = MergeSettings(method="quilt")
@@ -132,7 +132,7 @@ def test_what_fits_at_the_scale_that_is_stated_fits_at_no_other(known):
     maps, _, result = known
     assert result.pairs[0].accepted
     task = PairTask.of(maps, 0, 1, ScaleRange.known(), QUILT, 0)
-    assert _at_another_scale(task, task.sheets(Shelf(), task.methods)) is None
+    assert _at_another_scale(task, task.sheets(FeatureCache(), task.methods)) is None
 
 
 def test_maps_that_fit_only_at_another_scale_than_they_state_are_refused_and_say_so(known):
@@ -313,7 +313,7 @@ def test_the_least_confidence_is_what_decides(known):
     maps, _, result = known
     sure = result.pairs[0].confidence
     for least, accepted in ((sure, True), (math.nextafter(sure, 1.0), sure == 1.0)):
-        decision = DecisionSettings(min_confidence=least)
+        decision = AcceptanceSettings(min_confidence=least)
         assert quilted(maps, MergeSettings("quilt", decision=decision)).pairs[0].accepted is accepted
 
 

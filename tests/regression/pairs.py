@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame_perturbation import HONEST, DisguiseRanges
+from mapping.grid.frame_perturbation import HONEST, FramePerturbationRanges
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapquilt.evaluation.true_places import true_places
 from mapquilt.runs.sample import Sample, SampleSettings, make_sample
@@ -23,8 +23,8 @@ SEED = 20_090
 ROBOTS, DURATION = 3, 60.0
 SAMPLES = (
     ("noise-0.5", SampleSettings(noise=0.5, disguise=HONEST, seed=SEED)),
-    ("noise-1", SampleSettings(noise=1.0, disguise=DisguiseRanges(), seed=SEED + 1)),
-    ("noise-2", SampleSettings(noise=2.0, disguise=DisguiseRanges(), seed=SEED + 2)),
+    ("noise-1", SampleSettings(noise=1.0, disguise=FramePerturbationRanges(), seed=SEED + 1)),
+    ("noise-2", SampleSettings(noise=2.0, disguise=FramePerturbationRanges(), seed=SEED + 2)),
 )
 WIDE = 40.0
 """Where a family is wider [m], robots begin close together, or a short mission would leave them nothing in common."""

@@ -9,7 +9,7 @@ from worlds.polygon import Polygon
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class WorldDrawing:
     """``obstacles`` as ``World`` has them, and where the family brings them its ``starts``, its
     ``fence`` and the number of ``parts`` that its floor falls into on purpose."""
 

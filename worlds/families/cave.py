@@ -8,7 +8,7 @@ from scipy import ndimage
 from skimage import measure, morphology
 
 from mapping.arrays import frozen_array
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.polygon import Polygon, signed_area
 
 CELL = 0.1
@@ -29,7 +29,7 @@ LAP = 1e-4
 """How far the halves of the rock reach over the line between them [m], so that no ray passes."""
 
 
-def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) -> Layout:
+def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) -> WorldDrawing:
     """Draw a cave of ``width`` x ``height`` [m]: chambers, ways over 1 m wide and boulders, nowhere a straight line.
 
     The rock is smoothed noise above a threshold. What lies around the hollow is drawn in halves, as it is no simple
@@ -46,7 +46,7 @@ def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) ->
     rock = ndimage.gaussian_filter((~hollow).astype(np.float64), 0.25 / CELL)
     rock += ROUGH * _unit(ndimage.gaussian_filter(rng.normal(size=shape), 0.4 / CELL))
     field = ndimage.map_coordinates(rock, (y, x), order=1) - 0.5
-    return Layout(tuple(_outlines(field, (width, height))))
+    return WorldDrawing(tuple(_outlines(field, (width, height))))
 
 
 def _hollow(rng: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mapping.arrays import frozen_array
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.scatter import scattered
 from worlds.polygon import Polygon, box, disc
 
@@ -15,7 +15,7 @@ PASSAGE = 1.0
 Side = list[tuple[float, float]]
 
 
-def corridor_loop(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> Layout:
+def corridor_loop(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> WorldDrawing:
     """Draw corridors along the border of ``width`` x ``height`` [m] and one across: two loops around solid blocks.
 
     Doors that are shut and alcoves are let into the walls; benches and bins stand in the corridors. Raises
@@ -30,7 +30,7 @@ def corridor_loop(rng: np.random.Generator, width: float = 40.0, height: float =
     outer = _rim(rng, width, height, rim)
     standing = [*outer, *blocks]
     loose = scattered(_bins(rng, standing, width, height), [], PASSAGE)
-    return Layout((*standing, *loose))
+    return WorldDrawing((*standing, *loose))
 
 
 def _block(rng: np.random.Generator, x0: float, y0: float, x1: float, y1: float) -> Polygon:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mapping.arrays import frozen_array
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.families.house import house
 from worlds.families.maze import maze
 from worlds.families.office import office
@@ -17,7 +17,7 @@ ROCK = 1.0
 PLACES = (office, house, maze, open_hall)
 
 
-def disjoint(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> Layout:
+def disjoint(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> WorldDrawing:
     """Draw four unlike places in the quarters of ``width`` x ``height`` [m], with solid between: an office, a house, a
     maze and a hall, in any order.
 
@@ -34,4 +34,4 @@ def disjoint(rng: np.random.Generator, width: float = 40.0, height: float = 25.0
     for corner, index in zip(corners, rng.permutation(len(PLACES)), strict=True):
         place = PLACES[int(index)](rng, *part)
         pieces += [frozen_array(polygon + np.array(corner), np.float64) for polygon in place.obstacles]
-    return Layout(tuple(pieces), parts=len(PLACES))
+    return WorldDrawing(tuple(pieces), parts=len(PLACES))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from worlds.building.clutter import corridor_pieces
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import WALL, Door, FloorPlan, Room, dividers, outer_walls, wall_along_x
 from worlds.building.furniture import against, somewhere_against
 from worlds.building.furniture_placement import Group, admitted
@@ -15,7 +15,7 @@ CORRIDOR, HALL, MODULE = 2.4, 4.0, 3.8
 """Width of the corridors, of the halls between the wings, and about of a room [m]."""
 
 
-def hospital(rng: np.random.Generator, width: float = 60.0, height: float = 30.0) -> Layout:
+def hospital(rng: np.random.Generator, width: float = 60.0, height: float = 30.0) -> WorldDrawing:
     """Draw a hospital of ``width`` x ``height`` [m]: two long wings of like rooms, joined by two halls between courts.
 
     A room has a bed and a bath beside the door, or two beds; one in eight is a store. Raises
@@ -23,7 +23,7 @@ def hospital(rng: np.random.Generator, width: float = 60.0, height: float = 30.0
     """
     require_size("hospital", width, height, (30.0, 22.0))
     plan = hospital_plan(rng, width, height)
-    return Layout((*plan.walls, *_furniture(rng, plan)))
+    return WorldDrawing((*plan.walls, *_furniture(rng, plan)))
 
 
 def hospital_plan(rng: np.random.Generator, width: float, height: float) -> FloorPlan:

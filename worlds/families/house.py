@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import FloorPlan, Room
 from worlds.building.furniture import SIDES, against, somewhere_against, table_with_chairs
 from worlds.building.furniture_placement import Group, admitted
@@ -12,14 +12,14 @@ from worlds.building.partition import partition
 from worlds.polygon import Polygon, box, disc
 
 
-def house(rng: np.random.Generator, width: float = 15.0, height: float = 12.0) -> Layout:
+def house(rng: np.random.Generator, width: float = 15.0, height: float = 12.0) -> WorldDrawing:
     """Draw a house of ``width`` x ``height`` [m]: unlike rooms about a living room, furnished each for its use.
 
     Doors are at least 0.9 m wide, walls 0.15 m thick. Raises ``ValueError`` below 8 x 7 m.
     """
     require_size("house", width, height, (8.0, 7.0))
     plan = partition(rng, width, height)
-    return Layout((*plan.walls, *_furniture(rng, plan)))
+    return WorldDrawing((*plan.walls, *_furniture(rng, plan)))
 
 
 def _furniture(rng: np.random.Generator, plan: FloorPlan) -> list[Polygon]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import WALL
 from worlds.polygon import Polygon, box, disc
 
@@ -17,7 +17,7 @@ BARRELS = 0.35
 """Share of the lower left corners with a barrel in them."""
 
 
-def maze(rng: np.random.Generator, width: float = 20.0, height: float = 20.0) -> Layout:
+def maze(rng: np.random.Generator, width: float = 20.0, height: float = 20.0) -> WorldDrawing:
     """Draw a maze of ``width`` x ``height`` [m]: ways about 1.85 m wide between walls of 0.15 m, some loops, barrels.
 
     Raises ``ValueError`` below 6 x 6 m.
@@ -26,7 +26,7 @@ def maze(rng: np.random.Generator, width: float = 20.0, height: float = 20.0) ->
     cols, rows = round((width - WALL) / PITCH), round((height - WALL) / PITCH)
     step = ((width - WALL) / cols, (height - WALL) / rows)
     below, left = _carved(rng, rows, cols)
-    return Layout((*_walls(below, left, step), *_barrels(rng, below, left, step)))
+    return WorldDrawing((*_walls(below, left, step), *_barrels(rng, below, left, step)))
 
 
 def _carved(rng: np.random.Generator, rows: int, cols: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -6,12 +6,12 @@ import numpy as np
 
 from mapping.arrays import frozen_array
 from worlds.building.clutter import furnish
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import lay_out
 from worlds.polygon import Polygon
 
 
-def office(rng: np.random.Generator, width: float = 30.0, height: float = 20.0) -> Layout:
+def office(rng: np.random.Generator, width: float = 30.0, height: float = 20.0) -> WorldDrawing:
     """Draw an office of ``width`` x ``height`` [m].
 
     Rooms of one size repeat along corridors, as in real buildings, so that parts of it look alike; doors are at
@@ -22,7 +22,7 @@ def office(rng: np.random.Generator, width: float = 30.0, height: float = 20.0) 
     upright = bool(rng.random() < 0.5)
     plan = lay_out(rng, *((height, width) if upright else (width, height)))
     obstacles = (*plan.walls, *furnish(rng, plan))
-    return Layout(tuple(_mirrored(polygon) for polygon in obstacles) if upright else obstacles)
+    return WorldDrawing(tuple(_mirrored(polygon) for polygon in obstacles) if upright else obstacles)
 
 
 def _mirrored(polygon: Polygon) -> Polygon:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import WALL, outer_walls
 from worlds.building.scatter import scattered
 from worlds.polygon import Polygon, box, disc, turned_box
@@ -13,7 +13,7 @@ PASSAGE = 1.2
 """Least room between things in the hall [m]."""
 
 
-def open_hall(rng: np.random.Generator, width: float = 30.0, height: float = 30.0) -> Layout:
+def open_hall(rng: np.random.Generator, width: float = 30.0, height: float = 30.0) -> WorldDrawing:
     """Draw a hall of ``width`` x ``height`` [m] with two rows of pillars, a stage, booths at the walls and tables.
 
     Raises ``ValueError`` below 10 x 10 m.
@@ -22,7 +22,7 @@ def open_hall(rng: np.random.Generator, width: float = 30.0, height: float = 30.
     standing = outer_walls(width, height) + _pillars(rng, width, height)
     standing.append(_stage(rng, width, height))
     standing += scattered(_booths(rng, width, height), standing[4:], PASSAGE)
-    return Layout((*standing, *scattered(_tables(rng, width, height), standing, PASSAGE)))
+    return WorldDrawing((*standing, *scattered(_tables(rng, width, height), standing, PASSAGE)))
 
 
 def _pillars(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mapping.arrays import frozen_array
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.scatter import blob, scattered
 from worlds.polygon import Polygon, contains, disc, distances, edges, turned_box
 
@@ -15,7 +15,7 @@ PASSAGE = 1.0
 """Least room between things outdoors [m]."""
 
 
-def outdoor(rng: np.random.Generator, width: float = 60.0, height: float = 60.0) -> Layout:
+def outdoor(rng: np.random.Generator, width: float = 60.0, height: float = 60.0) -> WorldDrawing:
     """Draw a park of ``width`` x ``height`` [m]: trees as cylinders, bushes, rocks, benches and a shed; no walls.
 
     Robots keep inside a fence, an irregular polygon that no lidar sees; what stands beyond it they can see.
@@ -25,7 +25,7 @@ def outdoor(rng: np.random.Generator, width: float = 60.0, height: float = 60.0)
     fence = _fence(rng, width, height)
     wanted = _built(rng, width, height) + _groves(rng, width, height) + _growth(rng, width, height)
     wanted = [piece for piece in wanted if _gap_to_fence(piece, fence) >= PASSAGE]
-    return Layout(tuple(scattered(wanted, (), PASSAGE)), fence=fence)
+    return WorldDrawing(tuple(scattered(wanted, (), PASSAGE)), fence=fence)
 
 
 def _gap_to_fence(piece: Polygon, fence: Polygon) -> float:

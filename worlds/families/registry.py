@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mapping.seeds import Role, stream
-from worlds.building.drawing import Layout
+from worlds.building.drawing import WorldDrawing
 from worlds.families.cave import cave
 from worlds.families.corridor_loop import corridor_loop
 from worlds.families.disjoint import disjoint
@@ -32,7 +32,7 @@ class Family:
     """A kind of world: ``draw`` makes its layout for a (width, height) [m], which are ``width`` and ``height`` unless
     others are asked for; ``about`` is one line for who chooses among them."""
 
-    draw: Callable[[np.random.Generator, float, float], Layout]
+    draw: Callable[[np.random.Generator, float, float], WorldDrawing]
     width: float
     height: float
     about: str

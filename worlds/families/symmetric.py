@@ -6,7 +6,7 @@ import numpy as np
 
 from mapping.arrays import frozen_array
 from worlds.building.clutter import corridor_pieces, furnish
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import (
     WALL,
     Door,
@@ -22,7 +22,7 @@ from worlds.building.furniture_placement import admitted
 from worlds.polygon import Polygon
 
 
-def symmetric(rng: np.random.Generator, width: float = 30.0, height: float = 16.0) -> Layout:
+def symmetric(rng: np.random.Generator, width: float = 30.0, height: float = 16.0) -> WorldDrawing:
     """Draw unlike rooms along both sides of a corridor, ``width`` x ``height`` [m], the upper ones the lower ones
     turned by half a turn: walls, doors and furniture.
 
@@ -36,7 +36,7 @@ def symmetric(rng: np.random.Generator, width: float = 30.0, height: float = 16.
     whole = _whole(half)
     in_corridor = admitted([[(piece,)] for piece in corridor_pieces(rng, corridor)], corridor, whole)
     pieces = (*half.walls, *in_rooms, *in_corridor)
-    return Layout((*pieces, *(_turned(piece, width, height) for piece in pieces)))
+    return WorldDrawing((*pieces, *(_turned(piece, width, height) for piece in pieces)))
 
 
 def symmetric_half(rng: np.random.Generator, width: float, height: float) -> FloorPlan:

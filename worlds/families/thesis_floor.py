@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mapping.geometry.se2 import SE2
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import WALL, Door, FloorPlan, Room, between, dividers, outer_walls
 from worlds.building.furniture import somewhere_against
 from worlds.building.furniture_placement import Group, admitted
@@ -19,7 +19,7 @@ STUB = 0.9
 """Length of the wall stubs in the rooms [m]."""
 
 
-def thesis_floor(rng: np.random.Generator, width: float = 49.0, height: float = 37.0) -> Layout:
+def thesis_floor(rng: np.random.Generator, width: float = 49.0, height: float = 37.0) -> WorldDrawing:
     """Draw three wings about a solid court that is open to the top: a corridor 1.8 to 2 m wide and, outside of it,
     rooms of 5.5 to 7.5 m in a row, most of them alike, with short wall stubs.
 
@@ -35,7 +35,7 @@ def thesis_floor(rng: np.random.Generator, width: float = 49.0, height: float = 
         SE2((right.x0 + right.x1) / 2.0, 0.72 * height, math.pi / 2.0),
         SE2(width / 2.0, (lower.y0 + lower.y1) / 2.0, 0.0),
     )
-    return Layout((*plan.walls, *furniture), starts)
+    return WorldDrawing((*plan.walls, *furniture), starts)
 
 
 def thesis_floor_plan(rng: np.random.Generator, width: float, height: float) -> FloorPlan:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mapping.geometry.se2 import SE2
-from worlds.building.drawing import Layout
+from worlds.building.drawing import WorldDrawing
 from worlds.polygon import box, disc, turned_box
 
 SIZE = (20.03, 20.01)
@@ -25,7 +25,7 @@ STARTS = ((0.0, 0.0, 0.0), (-2.0, 3.0, 0.0), (-2.0, 3.0, math.pi / 2.0), (-2.0, 
 """x, y, yaw; three of them are one place, for runs of one robot each."""
 
 
-def thesis_hall(_rng: np.random.Generator, width: float = SIZE[0], height: float = SIZE[1]) -> Layout:
+def thesis_hall(_rng: np.random.Generator, width: float = SIZE[0], height: float = SIZE[1]) -> WorldDrawing:
     """Draw the hall, the same for every seed: 18 x 18 m free between walls of 1 m, boxes and pillars.
 
     Four equal pillars in a row invite matches that are 3 m or a half turn off. Raises ``ValueError`` for another size.
@@ -47,4 +47,4 @@ def thesis_hall(_rng: np.random.Generator, width: float = SIZE[0], height: float
         *(turned_box(x + bx, y + by, 1.0, 1.0, 0.0) for bx, by in CUBES),
     )
     pillars = tuple(disc(x + px, y + py, 0.5, 48) for px, py in PILLARS)
-    return Layout((*walls, *boxes, *pillars), tuple(SE2(x + sx, y + sy, yaw) for sx, sy, yaw in STARTS))
+    return WorldDrawing((*walls, *boxes, *pillars), tuple(SE2(x + sx, y + sy, yaw) for sx, sy, yaw in STARTS))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from worlds.building.drawing import Layout, require_size
+from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import WALL, outer_walls
 from worlds.building.scatter import scattered
 from worlds.polygon import Polygon, box, turned_box
@@ -20,7 +20,7 @@ PASSAGE = 1.0
 """Least room between things on the floor [m]."""
 
 
-def warehouse(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> Layout:
+def warehouse(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> WorldDrawing:
     """Draw a warehouse of ``width`` x ``height`` [m]: rows of racks along x with aisles and a cross aisle, a dock at
     the left with pallets and an office, and things that stand about.
 
@@ -31,7 +31,7 @@ def warehouse(rng: np.random.Generator, width: float = 40.0, height: float = 25.
     office = _office(rng, height)
     racks = _racks(rng, dock, width, height)
     standing = outer_walls(width, height) + office + racks
-    return Layout((*standing, *scattered(_loose(rng, dock, width, height), standing, PASSAGE)))
+    return WorldDrawing((*standing, *scattered(_loose(rng, dock, width, height), standing, PASSAGE)))
 
 
 def _office(rng: np.random.Generator, height: float) -> list[Polygon]:

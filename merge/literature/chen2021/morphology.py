@@ -17,13 +17,13 @@ from merge.literature.chen2021.wall_icp import IcpSettings, WallCells, icp
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import nothing_found
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 
 
 @dataclass(frozen=True, eq=False)
 class CorrectedMap:
-    """A map with its correction, its corners (N, 2) and its wall cells in cells of a ``Chart``. ``lean`` [rad] is
+    """A map with its correction, its corners (N, 2) and its wall cells in cells of a ``PreparedMap``. ``lean`` [rad] is
     the direction in the map, counter-clockwise, of what the correction turned onto its rows."""
 
     grid: OccupancyGrid
@@ -57,7 +57,7 @@ class Morphology:
         if self.proposals < 1:
             raise ValueError(f"Morphology: proposals is {self.proposals}, must be at least 1")
 
-    def describe(self, chart: Chart) -> CorrectedMap:
+    def describe(self, chart: PreparedMap) -> CorrectedMap:
         """The map corrected."""
         return CorrectedMap.of(chart.grid, self.icp.gate_cells)
 

@@ -15,7 +15,7 @@ from merge.literature.chen2021.ransac import believed_by_index, most_inliers
 from merge.pair.pipeline import PairAnswer
 from merge.pair.published import nothing_found
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
 from merge.proposers.orb import SMALLEST_SIDE
 from merge.proposers.proposer import Proposal
@@ -26,7 +26,7 @@ Descriptors = NDArray[np.float32] | NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Keypoints (N, 2), x and y in cells of a ``Chart``, and descriptors, (N, 128) float32 of SIFT or (N, 32)
+    """Keypoints (N, 2), x and y in cells of a ``PreparedMap``, and descriptors, (N, 128) float32 of SIFT or (N, 32)
     uint8 of ORB; the grid that they are of."""
 
     points: NDArray[np.float64]
@@ -66,7 +66,7 @@ class Sift:
         """The settings of the thesis: OpenCV's defaults on the bare picture, ratio 0.75, 5 pixels, 2000 samples."""
         return Sift(feature, ratio=0.75, smoothing_cells=0.0, precise_upscale=False, most_features=500)
 
-    def describe(self, chart: Chart) -> Features:
+    def describe(self, chart: PreparedMap) -> Features:
         """The map's features; none on a blank map, nor by ORB on a very small one."""
         picture = trinary_picture(chart.grid)
         if self.smoothing_cells > 0.0:

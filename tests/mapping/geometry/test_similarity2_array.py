@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mapping.geometry.se2 import wrap_angle
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Motions, rotations
+from mapping.geometry.similarity2_array import Similarity2Array, rotations
 from merge.multimap.edge import Edge, EdgeTable
 
 metres = st.floats(-50.0, 50.0)
@@ -37,15 +37,15 @@ def close(motions, expected):
 
 @given(several, similarities)
 def test_products_and_inverses_are_those_of_similarities(places, other):
-    close(Motions.of(places) @ Motions.of([other]), [place @ other for place in places])
-    close(Motions.of([other]) @ Motions.of(places), [other @ place for place in places])
-    close(Motions.of(places).inverse(), [place.inverse() for place in places])
-    np.testing.assert_allclose(rotations(Motions.of(places).turn)[0], places[0].matrix()[:, :2], atol=1e-9)
+    close(Similarity2Array.of(places) @ Similarity2Array.of([other]), [place @ other for place in places])
+    close(Similarity2Array.of([other]) @ Similarity2Array.of(places), [other @ place for place in places])
+    close(Similarity2Array.of(places).inverse(), [place.inverse() for place in places])
+    np.testing.assert_allclose(rotations(Similarity2Array.of(places).turn)[0], places[0].matrix()[:, :2], atol=1e-9)
 
 
 @given(similarities, similarities)
 def test_what_lies_between_is_the_difference(predicted, measured):
-    found = Motions.of([predicted]).minus(Motions.of([measured]))[0]
+    found = Similarity2Array.of([predicted]).minus(Similarity2Array.of([measured]))[0]
     expected = difference(predicted, measured)
     found[2] = math.remainder(found[2] - expected[2], math.tau) + expected[2]  # half a turn is either way
     np.testing.assert_allclose(found, expected, atol=1e-8)
@@ -61,4 +61,4 @@ def test_a_misfit_is_a_square_by_both_covariances():
     for fixed, unknowns in ((True, 3), (False, 4)):
         both = (covariance + slack)[:unknowns, :unknowns]
         expected = off[:unknowns] @ np.linalg.inv(both) @ off[:unknowns]
-        assert table.misfits(Motions.of([told]), fixed, slack)[0] == pytest.approx(expected)
+        assert table.misfits(Similarity2Array.of([told]), fixed, slack)[0] == pytest.approx(expected)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
-from mapping.grid.frame_perturbation import HONEST, DisguiseRanges, disguise, draw_disguises
+from mapping.grid.frame_perturbation import HONEST, FramePerturbationRanges, draw_frame_perturbations, perturb_frame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth.truth import fit_rigid
 
@@ -37,7 +37,7 @@ def centres(grid, mask):
 @given(similarities)
 def test_the_truth_maps_walls_onto_walls_within_half_a_cell(start_from_map):
     grid = room()
-    hidden = disguise(grid, start_from_map)
+    hidden = perturb_frame(grid, start_from_map)
     wall, moved = centres(grid, grid.occupied), start_from_map.apply(centres(hidden, hidden.occupied))
     half = 0.5 * 0.05 * (math.sqrt(2.0) * max(1.0, start_from_map.scale))
     # In both directions, as far as half a (true) cell's diagonal in the one raster and half a cell in the other.
@@ -48,7 +48,7 @@ def test_the_truth_maps_walls_onto_walls_within_half_a_cell(start_from_map):
 @given(similarities)
 def test_the_truth_has_no_systematic_shift(start_from_map):
     grid = room()
-    hidden = disguise(grid, start_from_map)
+    hidden = perturb_frame(grid, start_from_map)
     moved = start_from_map.apply(centres(hidden, hidden.known))
     # Each known cell against the known cell nearest to it: a shift of half a cell would show as half a cell.
     nearest = centres(grid, grid.known)[cKDTree(centres(grid, grid.known)).query(moved)[1]]
@@ -61,7 +61,7 @@ def test_the_truth_has_no_systematic_shift(start_from_map):
 @given(similarities)
 def test_unknown_stays_unknown_and_free_stays_free(start_from_map):
     grid = room(wall=2)
-    hidden = disguise(grid, start_from_map)
+    hidden = perturb_frame(grid, start_from_map)
     cells = grid.frame.cells_from_metres(start_from_map.apply(centres(hidden, hidden.free)))
     assert grid.frame.contains(cells).all()
     deep_unknown = ndimage.binary_erosion(~grid.known, np.ones((3, 3)), iterations=2)
@@ -72,7 +72,7 @@ def test_unknown_stays_unknown_and_free_stays_free(start_from_map):
 
 @given(similarities)
 def test_walls_stay_closed(start_from_map):
-    hidden = disguise(room(wall=2), start_from_map)
+    hidden = perturb_frame(room(wall=2), start_from_map)
     free, parts = ndimage.label(hidden.free, np.ones((3, 3)))
     outside = np.pad(~hidden.known, 1, constant_values=True)
     leaks = ndimage.binary_dilation(outside)[1:-1, 1:-1] & hidden.free
@@ -84,31 +84,31 @@ def test_walls_stay_closed(start_from_map):
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])
 def test_quarter_turns_only_turn_the_array(turns):
     grid = room()
-    hidden = disguise(grid, Similarity2(yaw=-turns * math.pi / 2))
+    hidden = perturb_frame(grid, Similarity2(yaw=-turns * math.pi / 2))
     expected = np.rot90(grid.log_odds[7:51, 7:71], k=-turns)
     assert hidden.log_odds == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_factor_of_two_by_hand():
     grid = OccupancyGrid(GridFrame(0.05, SE2(), (4, 4)), np.full((4, 4), -1.0, np.float32))
-    coarse = disguise(grid, Similarity2(scale=2.0))
+    coarse = perturb_frame(grid, Similarity2(scale=2.0))
     assert coarse.frame.shape == (2, 2)
     assert coarse.frame.resolution == 0.05
-    fine = disguise(grid, Similarity2(scale=0.5))
+    fine = perturb_frame(grid, Similarity2(scale=0.5))
     assert fine.frame.shape == (8, 8)
 
 
 def test_a_wall_of_one_cell_survives_cells_of_four_times_its_width():
     log_odds = np.full((41, 41), -1.0, np.float32)
     log_odds[20, :] = 3.0
-    coarse = disguise(OccupancyGrid(GridFrame(0.05, SE2(), (41, 41)), log_odds), Similarity2(yaw=0.3, scale=4.0))
+    coarse = perturb_frame(OccupancyGrid(GridFrame(0.05, SE2(), (41, 41)), log_odds), Similarity2(yaw=0.3, scale=4.0))
     assert ndimage.label(coarse.occupied, np.ones((3, 3)))[1] == 1
     assert coarse.occupied.sum() >= 10
 
 
 def test_draws_stay_in_their_ranges_and_pairs_within_the_width():
-    ranges = DisguiseRanges(max_yaw=1.0, max_offset=3.0)
-    teams = [draw_disguises(seed, 4, ranges) for seed in range(200)]
+    ranges = FramePerturbationRanges(max_yaw=1.0, max_offset=3.0)
+    teams = [draw_frame_perturbations(seed, 4, ranges) for seed in range(200)]
     scales = np.array([[one.scale for one in team] for team in teams])
     assert 0.5 <= scales.min() < 0.6
     assert 1.7 < scales.max() <= 2.0
@@ -120,20 +120,24 @@ def test_draws_stay_in_their_ranges_and_pairs_within_the_width():
 
 
 def test_each_map_of_a_team_is_disguised_in_its_own_way():
-    team = draw_disguises(3, 4, DisguiseRanges())
+    team = draw_frame_perturbations(3, 4, FramePerturbationRanges())
     for name in ("x", "y", "yaw", "scale"):
         assert len({getattr(one, name) for one in team}) == 4
 
 
 def test_honest_disguises_keep_the_scale_and_all_else():
-    for honest, hidden in zip(draw_disguises(3, 3, HONEST), draw_disguises(3, 3, DisguiseRanges()), strict=True):
+    for honest, hidden in zip(
+        draw_frame_perturbations(3, 3, HONEST), draw_frame_perturbations(3, 3, FramePerturbationRanges()), strict=True
+    ):
         assert honest.scale == 1.0
         assert honest.yaw == hidden.yaw
         assert honest.inverse().x == pytest.approx(hidden.inverse().x)
 
 
 def test_a_new_robot_changes_no_other_robot():
-    assert draw_disguises(3, 5, DisguiseRanges())[:2] == draw_disguises(3, 2, DisguiseRanges())
+    assert draw_frame_perturbations(3, 5, FramePerturbationRanges())[:2] == draw_frame_perturbations(
+        3, 2, FramePerturbationRanges()
+    )
 
 
 @pytest.mark.parametrize(
@@ -142,15 +146,15 @@ def test_a_new_robot_changes_no_other_robot():
 )
 def test_bad_ranges_are_refused(setting):
     with pytest.raises(ValueError, match="DisguiseRanges"):
-        DisguiseRanges(**setting)
+        FramePerturbationRanges(**setting)
 
 
 def test_a_blank_grid_is_refused():
     with pytest.raises(ValueError, match="knows no cell"):
-        disguise(OccupancyGrid(GridFrame(0.05, SE2(), (3, 3)), np.zeros((3, 3), np.float32)), Similarity2())
+        perturb_frame(OccupancyGrid(GridFrame(0.05, SE2(), (3, 3)), np.zeros((3, 3), np.float32)), Similarity2())
 
 
 def test_a_map_that_could_not_be_read_again_is_refused() -> None:
     grid = OccupancyGrid(GridFrame(0.05, SE2(), (2000, 2000)), np.ones((2000, 2000), np.float32))
     with pytest.raises(ValueError, match="20000 x 20000 cells"):
-        disguise(grid, Similarity2(0.0, 0.0, 0.0, 0.1))
+        perturb_frame(grid, Similarity2(0.0, 0.0, 0.0, 0.1))

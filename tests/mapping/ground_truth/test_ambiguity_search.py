@@ -12,10 +12,10 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth import ambiguity_search as second_place
 from mapping.ground_truth.agreement_bound import AgreementBound, least_bound, tightest_penalty
-from mapping.ground_truth.ambiguity_search import QUARTERS, ROTATION_STEP_DEG, SecondPlace
+from mapping.ground_truth.ambiguity_search import QUARTERS, ROTATION_STEP_DEG, AmbiguitySearch
 from mapping.ground_truth.footprint_agreement import agreement_at, agreement_of
 from mapping.ground_truth.footprint_layers import DEEP, NEAR, NEITHER, FootprintLayers
-from mapping.ground_truth.rotated_footprint import Turning
+from mapping.ground_truth.rotated_footprint import FootprintRotation
 
 NEAR_CELLS, NEAR_DEG = 2.0, 10.0
 STEP = 4
@@ -37,7 +37,12 @@ def place(seed, low=0, high=SHAPE[1]):
 def slowly(fixed, moving, centre):
     """The best agreement near the true placement and elsewhere, over all turns and all shifts that lay cell on cell."""
     walls, row, col = fixed.walls - fixed.corner, *(centre - fixed.corner)
-    total, turning, near, rival = float(len(fixed.walls) + len(moving.walls)), Turning(moving, centre), 0.0, 0.0
+    total, turning, near, rival = (
+        float(len(fixed.walls) + len(moving.walls)),
+        FootprintRotation(moving, centre),
+        0.0,
+        0.0,
+    )
     for degrees in range(0, 360, ROTATION_STEP_DEG):
         turned = turning.turned(math.radians(degrees % 90))
         says, cells, middle = turned.says, turned.walls, turned.centre
@@ -65,7 +70,7 @@ def test_the_search_finds_what_the_slow_one_finds(seed, columns, patience, monke
     monkeypatch.setattr(second_place, "PATIENCE", patience)
     fixed, moving = (FootprintLayers.of(place(seed, *one)) for one in columns)
     centre = np.array([7, 10])
-    search = SecondPlace(fixed, moving, centre, (NEAR_CELLS, NEAR_DEG))
+    search = AmbiguitySearch(fixed, moving, centre, (NEAR_CELLS, NEAR_DEG))
     assert (search.agreement(), search.rival()) == pytest.approx(slowly(fixed, moving, centre), abs=1e-12)
 
 
@@ -74,7 +79,7 @@ def test_the_search_finds_what_the_slow_one_finds(seed, columns, patience, monke
 def test_no_shift_in_a_block_exceeds_its_bound(seed, turn, block, penalty):
     fixed, moving = FootprintLayers.of(place(seed)), FootprintLayers.of(place(seed + 1, 5, 17))
     walls = fixed.walls - fixed.corner
-    turned = Turning(moving, np.array([7, 10])).turned(math.radians(ROTATION_STEP_DEG * turn))
+    turned = FootprintRotation(moving, np.array([7, 10])).turned(math.radians(ROTATION_STEP_DEG * turn))
     bounds = AgreementBound([(walls, fixed.says)], block, penalty).over_blocks(turned)[0]
     for row in range(-turned.says.shape[0], fixed.says.shape[0]):
         for col in range(-turned.says.shape[1], fixed.says.shape[1]):

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
-from mapping.ground_truth.beam_endpoints import Sightings, sightings
+from mapping.ground_truth.beam_endpoints import BeamEndpoints, beam_endpoints
 from mapping.ground_truth.footprint import observed
 from mapping.ground_truth.identifiability import Identifiability
 from mapping.ground_truth.truth import (
     LEAST_COMMON_CELLS,
-    PairPlaces,
+    PairOverlap,
     fit_rigid,
     map_truth,
     overlap,
@@ -54,12 +54,12 @@ def robot(path):
 PATH_A = [(2.0, 2.0, 0.4), (3.0, 2.5, 0.9), (4.0, 4.0, 1.5)]
 PATH_B = [(8.0, 7.0, -2.0), (7.0, 6.0, -2.5), (5.0, 5.0, 3.0)]
 NOTHING = np.zeros((3, BEAMS), bool)
-PLACES = PairPlaces(0.5, Identifiability(1.0, 0.2))
+PLACES = PairOverlap(0.5, Identifiability(1.0, 0.2))
 
 
 def seen_by(path, odometry=None):
     truth, log = robot(path)
-    return sightings(log, truth, odometry or log.odometry, NOTHING), truth
+    return beam_endpoints(log, truth, odometry or log.odometry, NOTHING), truth
 
 
 @given(poses)
@@ -105,7 +105,7 @@ def test_without_drift_the_pair_is_the_two_maps_composed(target_start_from_map, 
 def test_a_bent_map_has_distortion_and_a_truth_between_start_and_end():
     truth, log = robot(PATH_A)
     bent = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
-    seen = sightings(log, truth, Trajectory(log.odometry.stamps, bent), NOTHING)
+    seen = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, bent), NOTHING)
     fitted = map_truth(seen, truth.trajectory.pose(0), Similarity2())
     shift = fitted.world_from_map.inverse() @ fitted.world_from_start_map
     assert 0.05 < fitted.distortion < 0.5
@@ -123,15 +123,17 @@ def test_readings_that_noise_made_up_and_hits_on_robots_are_left_out():
         wrong.append(LidarScan(scan.stamp, scan.angle_min, scan.angle_increment, 0.01, 30.0, ranges))
     spoilt = RobotLog(tuple(wrong), log.odometry, MOUNTING)
     marked = RobotTruth(truth.scans, truth.trajectory, hits_robot, MOUNTING)
-    clean = map_truth(sightings(spoilt, marked, log.odometry, replaced), truth.trajectory.pose(0), Similarity2())
-    dirty = map_truth(sightings(spoilt, truth, log.odometry, NOTHING), truth.trajectory.pose(0), Similarity2())
+    clean = map_truth(beam_endpoints(spoilt, marked, log.odometry, replaced), truth.trajectory.pose(0), Similarity2())
+    dirty = map_truth(beam_endpoints(spoilt, truth, log.odometry, NOTHING), truth.trajectory.pose(0), Similarity2())
     assert clean.distortion < 1e-5 < 0.01 < dirty.distortion
 
 
 def test_too_few_common_cells_compose_the_pair():
     (target, _), (source, _) = seen_by(PATH_A), seen_by(PATH_B)
     few = LEAST_COMMON_CELLS - 1
-    apart = Sightings(np.concatenate((source.cells[:few], source.cells[few:] + 10_000)), source.true, source.believed)
+    apart = BeamEndpoints(
+        np.concatenate((source.cells[:few], source.cells[few:] + 10_000)), source.true, source.believed
+    )
     disguises = Similarity2(3.0, -1.0, 0.7, 1.4), Similarity2(-2.0, 5.0, -1.1, 0.8)
     pair = pair_truth(target, apart, *disguises, PLACES)
     world_from_target, world_from_source = (
@@ -150,14 +152,14 @@ def test_each_true_cell_weighs_the_same():
     """A wall that was seen a hundred times must not outweigh one that was seen once."""
     truth, log = robot(PATH_A)
     bent = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
-    once = sightings(log, truth, Trajectory(log.odometry.stamps, bent), NOTHING)
+    once = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, bent), NOTHING)
     visits = [0] * 100 + [1, 2]
     stamps = np.arange(float(len(visits)))
     scans = tuple(dataclasses.replace(log.scans[k], stamp=float(n)) for n, k in enumerate(visits))
     beams = np.zeros((len(visits), BEAMS), bool)
     slow = RobotTruth(scans, Trajectory(stamps, truth.trajectory.poses[visits]), beams, MOUNTING)
     slow_log = RobotLog(scans, Trajectory(stamps, log.odometry.poses[visits]), MOUNTING)
-    often = sightings(slow_log, slow, Trajectory(stamps, bent[visits]), beams)
+    often = beam_endpoints(slow_log, slow, Trajectory(stamps, bent[visits]), beams)
     start = truth.trajectory.pose(0)
     a, b = (map_truth(seen, start, Similarity2()).world_from_map for seen in (once, often))
     # The robot's three views share few cells; by beams the fit would move by about 0.2 m, by cells by millimetres.

@@ -15,10 +15,10 @@ from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.evaluation.trial import Trial
 from mapquilt.json_file import read_record, write_record
 from merge.records.result import Evidence
-from merge.verification.acceptance import DecisionSettings, decide
+from merge.verification.acceptance import AcceptanceSettings, decide
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
-TRUE = DecisionSettings(lead=24.0, contradiction=90.0, threshold=2.0)
+TRUE = AcceptanceSettings(lead=24.0, contradiction=90.0, threshold=2.0)
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 0.01, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)
 
 
@@ -40,7 +40,7 @@ def test_the_constants_that_made_the_answers_are_found_again():
     assert fitted.lead == pytest.approx(TRUE.lead, abs=1.5)
     assert fitted.contradiction == pytest.approx(TRUE.contradiction, rel=0.2)
     assert fitted.threshold == pytest.approx(TRUE.threshold, abs=0.6)
-    assert fitted.min_overlap == DecisionSettings().min_overlap
+    assert fitted.min_overlap == AcceptanceSettings().min_overlap
 
 
 def test_what_other_rules_refuse_is_left_out():
@@ -106,7 +106,7 @@ def test_the_record_fits_its_schema_and_bears_the_constants(tmp_path):
     fitted = fit_decision(trials)
     write_record(tmp_path / "c.json", "calibration", decision_record(fitted, calibration(trials, 0)))
     read = read_record(tmp_path / "c.json", "calibration")
-    assert DecisionSettings(**read["decision"]) == fitted
+    assert AcceptanceSettings(**read["decision"]) == fitted
     assert read["check"]["pairs"] == 200
 
 

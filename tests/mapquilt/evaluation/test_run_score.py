@@ -12,7 +12,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth.identifiability import Identifiability
-from mapping.ground_truth.truth import MapTruth, PairPlaces, PairTruth
+from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapping.map_set import MapSet
 from mapquilt.cli.tables import print_table, score_table
 from mapquilt.evaluation.run_score import score_answer, score_bytes
@@ -33,7 +33,7 @@ def scored(accepted, answer, places=ONE_PLACE, residual=None):
         RobotOrigin(name, SE2(), Similarity2(), MapTruth(Similarity2(scale=scale), Similarity2(scale=scale), 0.0))
         for name, scale in (("a", A_SCALE), ("b", B_SCALE))
     )
-    pair = PairTruth(Similarity2(), residual is not None, 100, residual, PairPlaces(0.5, places))
+    pair = PairTruth(Similarity2(), residual is not None, 100, residual, PairOverlap(0.5, places))
     told = PairRecord("a", "b", accepted, 0.9, None if accepted else "too little overlap", answer, None)
     return score_answer(MAPS, RunTruth(robots, {("a", "b"): pair}), MergeAnswer("a", {"a": Similarity2()}, (told,)))
 

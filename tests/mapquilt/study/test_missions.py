@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from mapquilt.study.missions import cut_mission, largest_mission
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from sim.mission.mission import simulate
 from worlds.families.registry import make_world
 
-LONG = Setup(robots=3, duration=3.0)
+LONG = ExperimentConfig(robots=3, duration=3.0)
 
 
 @pytest.fixture(scope="module")
 def mission():
-    return largest_mission("house", 4, [LONG, Setup(robots=2, duration=1.0)], None)
+    return largest_mission("house", 4, [LONG, ExperimentConfig(robots=2, duration=1.0)], None)
 
 
 def test_a_cut_in_time_is_the_mission_that_would_have_been_simulated(mission):

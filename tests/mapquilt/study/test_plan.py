@@ -7,7 +7,7 @@ import math
 import pytest
 
 from mapquilt.study.plan import Method, plan_study
-from mapquilt.study.setup import Setup
+from mapquilt.study.setup import ExperimentConfig
 from mapquilt.study.variables import SWEEPS, VARIABLES, variable
 from sim.sensors.noise import COMPONENTS
 from sim.sensors.odometry import OdometryNoise
@@ -39,25 +39,27 @@ VALUES = {
 @pytest.mark.parametrize("name", VARIABLES)
 def test_each_setting_changes_the_setup_and_nothing_else(name):
     text = VALUES.get(name, "0.125" if name in COMPONENTS else "20")
-    changed = variable(name).applied(Setup(), text)
-    different = {key for key, value in vars(changed).items() if value != vars(Setup())[key]}
+    changed = variable(name).applied(ExperimentConfig(), text)
+    different = {key for key, value in vars(changed).items() if value != vars(ExperimentConfig())[key]}
     assert different == {"components" if "." in name else name}
 
 
 def test_the_level_of_the_odometry_scales_all_its_components_and_no_other():
-    noise = variable("odometry.level").applied(Setup(), "3").sample(1).noise_of("default")
+    noise = variable("odometry.level").applied(ExperimentConfig(), "3").sample(1).noise_of("default")
     assert noise.odometry == OdometryNoise().scaled(3.0)
-    assert noise.lidar == Setup().sample(1).noise_of("default").lidar
+    assert noise.lidar == ExperimentConfig().sample(1).noise_of("default").lidar
 
 
 def test_a_component_is_set_whatever_the_level():
-    setup = variable("lidar.range_sigma").applied(variable("noise").applied(Setup(), "3"), "0.05")
+    setup = variable("lidar.range_sigma").applied(variable("noise").applied(ExperimentConfig(), "3"), "0.05")
     assert setup.sample(1).noise_of("default").lidar.range_sigma == 0.05
     assert setup.sample(1).noise_of("default").odometry.alpha1 == pytest.approx(3 * OdometryNoise().alpha1)
 
 
 def test_rotations_are_told_in_degrees():
-    assert variable("max_rotation").applied(Setup(), "90").sample(1).disguise.max_yaw == pytest.approx(math.pi / 2)
+    assert variable("max_rotation").applied(ExperimentConfig(), "90").sample(1).disguise.max_yaw == pytest.approx(
+        math.pi / 2
+    )
 
 
 @pytest.mark.parametrize("name", SWEEPS)

@@ -5,9 +5,9 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.coarse_to_fine import RefinementSettings, refine
-from merge.preparation.prepared_map import Chart
-from merge.verification.wall_overlap import compare_walls
+from merge.alignment.coarse_to_fine import CoarseToFineSettings, refine
+from merge.preparation.prepared_map import PreparedMap
+from merge.verification.wall_overlap import measure_wall_overlap
 from tests.merge.rooms import observed, rooms, viewpoints
 
 
@@ -20,7 +20,7 @@ def charts():
     b = observed(world, viewpoints(world, rng, (4.0, 0.3), (15.7, 10.7), 25), b_from_world, rng)
     metric = Similarity2(1.0, 2.0, 0.3) @ b_from_world.inverse()
     cells = [Similarity2.from_se2(grid.frame.origin, grid.frame.resolution) for grid in (a, b)]
-    return Chart(a), Chart(b), cells[0].inverse() @ metric @ cells[1]
+    return PreparedMap(a), PreparedMap(b), cells[0].inverse() @ metric @ cells[1]
 
 
 def displaced(charts, shift=8.0, turn_deg=2.0, growth=1.012):
@@ -47,7 +47,7 @@ def test_a_start_nearby_ends_within_half_a_cell(charts, shift, turn, growth):
 
 def test_swapping_the_maps_refines_to_the_inverse(charts):
     target, source, _ = charts
-    start, all_points = displaced(charts), RefinementSettings(most_points=10**6)
+    start, all_points = displaced(charts), CoarseToFineSettings(most_points=10**6)
     there = refine(target, source, start, ScaleRange.free(), all_points)
     back = refine(source, target, start.inverse(), ScaleRange.free().inverse(), all_points)
     apart = there.apply(source.points) - back.inverse().apply(source.points)
@@ -73,16 +73,16 @@ def test_refining_never_lowers_the_agreement(charts):
     for _ in range(6):
         start = Similarity2(*rng.uniform(-100, 300, 2), rng.uniform(-3, 3), rng.uniform(0.5, 1.0))
         found = refine(target, source, start, ScaleRange.free())
-        before, after = (compare_walls(target, source, answer, 2000).agreement for answer in (start, found))
+        before, after = (measure_wall_overlap(target, source, answer, 2000).agreement for answer in (start, found))
         assert after >= before - 0.0051
 
 
 def test_without_any_surface_the_start_is_returned(charts):
-    blank = Chart(type(charts[0].grid)(charts[0].grid.frame, np.zeros_like(charts[0].grid.log_odds)))
+    blank = PreparedMap(type(charts[0].grid)(charts[0].grid.frame, np.zeros_like(charts[0].grid.log_odds)))
     start = Similarity2(1.0, 2.0, 0.5)
     assert refine(charts[0], blank, start, ScaleRange.free()) == start
 
 
 def test_a_bad_setting_is_named():
     with pytest.raises(ValueError, match=r"shrink is 1\.0"):
-        RefinementSettings(shrink=1.0)
+        CoarseToFineSettings(shrink=1.0)

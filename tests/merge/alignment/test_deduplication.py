@@ -6,7 +6,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.deduplication import apart, merged
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 from tests.merge.rooms import rooms
 
@@ -15,7 +15,7 @@ from tests.merge.rooms import rooms
 def chart():
     walls = rooms(np.random.default_rng(11)).walls
     values = np.where(walls, 100, 0)
-    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 def test_the_distance_of_two_transforms_is_that_of_the_points_they_move(chart):

@@ -9,18 +9,18 @@ import pytest
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.deduplication import apart
-from merge.alignment.hypotheses import BORNE, Candidate, best_first, candidates, sharpest
+from merge.alignment.hypotheses import BORNE, Hypothesis, best_first, candidates, sharpest
 from merge.proposers.proposer import Proposal
-from merge.verification.wall_overlap import TOLERANCE_SHARES, Walls
+from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap
 from tests.merge.rooms import cave, rooms, two_charts
 
-LAID = Walls(tolerance=5.0, on_walls=0.0, opposed=0.0, in_free=0.0, smaller=1000.0, spread=0.4)
+LAID = WallOverlap(tolerance=5.0, on_walls=0.0, opposed=0.0, in_free=0.0, smaller=1000.0, spread=0.4)
 
 
 def candidate(*on_walls):
     """A candidate of whose 1000 cells of wall so many lie on walls, by tolerance, the others in free space."""
     laid = tuple(dataclasses.replace(LAID, on_walls=on, in_free=1000.0 - on) for on in on_walls)
-    return Candidate(Similarity2(), laid, Proposal(Similarity2()))
+    return Hypothesis(Similarity2(), laid, Proposal(Similarity2()))
 
 
 CRISP = candidate(990.0, 990.0, 985.0, 980.0, 970.0)

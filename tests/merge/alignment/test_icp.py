@@ -6,8 +6,8 @@ import pytest
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.deduplication import apart
-from merge.alignment.icp import LINE_SHARE, descend
-from merge.preparation.prepared_map import Chart
+from merge.alignment.icp import LINE_SHARE, icp_batch
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import cave, rooms, two_charts
 
 GATES = np.geomspace(20.0, 3.0, 8)
@@ -37,7 +37,7 @@ def starts(truth, source, number=12):
 def test_starts_nearby_all_end_at_the_truth(charts):
     target, source, truth = charts
     begun = starts(truth, source)
-    ended = descend(target, source, begun, np.tile(GATES, (len(begun), 1)), FREE, 200)
+    ended = icp_batch(target, source, begun, np.tile(GATES, (len(begun), 1)), FREE, 200)
     off = apart(source, [truth, *ended])[0, 1:]
     assert np.median(apart(source, [truth, *begun])[0, 1:]) > 5.0
     assert np.quantile(off, 0.75) < 1.0  # cells
@@ -47,8 +47,8 @@ def test_each_start_is_moved_as_if_it_were_alone(charts):
     target, source, truth = charts
     begun = starts(truth, source, 4)
     gates = GATES * np.array([[1.0], [0.5], [2.0], [0.1]])
-    together = descend(target, source, begun, gates, FREE, 150)
-    alone = [descend(target, source, [start], gates[k : k + 1], FREE, 150)[0] for k, start in enumerate(begun)]
+    together = icp_batch(target, source, begun, gates, FREE, 150)
+    alone = [icp_batch(target, source, [start], gates[k : k + 1], FREE, 150)[0] for k, start in enumerate(begun)]
     assert together == alone
 
 
@@ -87,7 +87,7 @@ def test_a_step_is_that_of_the_normal_equations_written_out(charts):
                 add(laid[index], there - laid[index], turned[index], weight)
     x, y, turn, growth = np.linalg.solve(hessian, gradient)
     expected = displaced(start, source, (x, y), math.degrees(turn), math.exp(growth))
-    (found,) = descend(target, source, [start], np.array([[gate]]), FREE, 10**6)
+    (found,) = icp_batch(target, source, [start], np.array([[gate]]), FREE, 10**6)
     assert apart(source, [expected, found])[0, 1] < 0.05 * apart(source, [expected, start])[0, 1]
 
 
@@ -109,17 +109,17 @@ def nearest(chart, point, facing, sectors):
 def test_a_known_scale_is_kept_and_a_bound_not_passed(charts):
     target, source, truth = charts
     start = displaced(truth, source, (4.0, 3.0), 2.0, 1.03)
-    (known,) = descend(target, source, [start], GATES[None], ScaleRange(start.scale, start.scale), 200)
+    (known,) = icp_batch(target, source, [start], GATES[None], ScaleRange(start.scale, start.scale), 200)
     assert known.scale == pytest.approx(start.scale, rel=1e-12)
     low = 1.01 * truth.scale
-    (bounded,) = descend(target, source, [start], GATES[None], ScaleRange(low, 2.0), 200)
+    (bounded,) = icp_batch(target, source, [start], GATES[None], ScaleRange(low, 2.0), 200)
     assert bounded.scale == pytest.approx(low, rel=1e-3)
 
 
 def test_what_pairs_nothing_stays(charts):
     target, source, truth = charts
     far = Similarity2(1e6, 0.0, 1.0, truth.scale)
-    assert apart(source, [far, *descend(target, source, [far], GATES[None], FREE, 200)])[0, 1] < 1e-6
-    blank = Chart(type(target.grid)(target.grid.frame, np.zeros_like(target.grid.log_odds)))
-    assert descend(target, blank, [truth], GATES[None], FREE, 200) == [truth]
-    assert descend(target, source, [], np.empty((0, 8)), FREE, 200) == []
+    assert apart(source, [far, *icp_batch(target, source, [far], GATES[None], FREE, 200)])[0, 1] < 1e-6
+    blank = PreparedMap(type(target.grid)(target.grid.frame, np.zeros_like(target.grid.log_odds)))
+    assert icp_batch(target, blank, [truth], GATES[None], FREE, 200) == [truth]
+    assert icp_batch(target, source, [], np.empty((0, 8)), FREE, 200) == []

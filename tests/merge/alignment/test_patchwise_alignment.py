@@ -7,8 +7,8 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.alignment.patchwise_alignment import fit_patches
-from merge.preparation.prepared_map import Chart
+from merge.alignment.patchwise_alignment import align_patchwise
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import observed, rooms, viewpoints
 
 
@@ -28,9 +28,9 @@ def bent(grid, sagitta):
 
 
 def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
-    target, source = Chart(bent(grid, 9.0)), Chart(grid)
+    target, source = PreparedMap(bent(grid, 9.0)), PreparedMap(grid)
     truth, start = Similarity2(12.0), Similarity2(9.0, 2.0, math.radians(0.7))
-    found = fit_patches(target, source, start, ScaleRange.known(), rounds=4)
+    found = align_patchwise(target, source, start, ScaleRange.known(), rounds=4)
 
     def off(answer):
         return np.hypot(*(answer.apply(source.points) - truth.apply(source.points)).T).mean()
@@ -40,11 +40,11 @@ def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
 
 
 def test_a_map_on_itself_stays(grid):
-    chart = Chart(grid)
-    found = fit_patches(chart, chart, Similarity2(), ScaleRange.free())
+    chart = PreparedMap(grid)
+    found = align_patchwise(chart, chart, Similarity2(), ScaleRange.free())
     assert np.abs(found.matrix() - Similarity2().matrix()).max() < 1e-9
 
 
 def test_where_nothing_is_near_the_answer_stays(grid):
-    chart, far = Chart(grid), Similarity2(5000.0)
-    assert fit_patches(chart, chart, far, ScaleRange.known()) == far
+    chart, far = PreparedMap(grid), Similarity2(5000.0)
+    assert align_patchwise(chart, chart, far, ScaleRange.known()) == far

@@ -4,7 +4,7 @@ import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.second_best import rival_proposals
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import CELL, equal_rooms, hall, observed, viewpoints
 
 
@@ -15,7 +15,7 @@ def off(proposals, truth, points):
 def test_the_next_room_of_a_row_is_a_rival():
     world, rng = equal_rooms(), np.random.default_rng(0)
     part = viewpoints(world, rng, (4.3, 0.3), (19.5, 11.7), number=30)
-    chart = Chart(observed(world, part, Similarity2(), rng))
+    chart = PreparedMap(observed(world, part, Similarity2(), rng))
     pitch = 4.0 / CELL
     proposals = rival_proposals(chart, chart, Similarity2.identity())
     for shift in (pitch, -pitch):
@@ -25,7 +25,7 @@ def test_the_next_room_of_a_row_is_a_rival():
 def test_a_hall_turned_by_half_is_its_own_rival():
     world, rng = hall(), np.random.default_rng(1)
     grid = observed(world, viewpoints(world, rng, (0.3, 0.3), (13.7, 8.7), number=30), Similarity2(), rng)
-    chart = Chart(grid)
+    chart = PreparedMap(grid)
     low, high = chart.points.min(axis=0), chart.points.max(axis=0)
     half_turn = Similarity2(*(low + high), math.pi)
     assert off(rival_proposals(chart, chart, Similarity2.identity()), half_turn, chart.points) < 4.0

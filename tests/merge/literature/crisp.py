@@ -10,14 +10,14 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import CELL, observed, rooms, viewpoints
 
 YAW = 0.7
 
 
 @cache
-def crisp_pair(scale: float = 1.0, seed: int = 2) -> tuple[Chart, Chart, Similarity2]:
+def crisp_pair(scale: float = 1.0, seed: int = 2) -> tuple[PreparedMap, PreparedMap, Similarity2]:
     """Target, source and the true transform, cells to cells. The source is turned and shifted, and its cells are
     ``scale`` times as large."""
     rng = np.random.default_rng(seed)
@@ -31,15 +31,15 @@ def crisp_pair(scale: float = 1.0, seed: int = 2) -> tuple[Chart, Chart, Similar
         )
     ]
     cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
-    return Chart(grids[0]), Chart(grids[1]), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
+    return PreparedMap(grids[0]), PreparedMap(grids[1]), cells[0].inverse() @ source_from_world.inverse() @ cells[1]
 
 
-def off_share(answer: Similarity2, truth: Similarity2, source: Chart) -> float:
+def off_share(answer: Similarity2, truth: Similarity2, source: PreparedMap) -> float:
     """How far an answer puts the source's surface from the truth on average, as a share of its diagonal."""
     moved = answer.apply(source.points) - truth.apply(source.points)
     return float(np.hypot(*moved.T).mean() / (truth.scale * source.diagonal))
 
 
-def blank(rows: int = 90, cols: int = 120) -> Chart:
+def blank(rows: int = 90, cols: int = 120) -> PreparedMap:
     """A map that knows free space alone."""
-    return Chart(OccupancyGrid(GridFrame(1.0, SE2(), (rows, cols)), np.full((rows, cols), -1.0, np.float32)))
+    return PreparedMap(OccupancyGrid(GridFrame(1.0, SE2(), (rows, cols)), np.full((rows, cols), -1.0, np.float32)))

@@ -10,7 +10,7 @@ from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.icp import Icp, fit_rigid
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.literature.crisp import blank, crisp_pair, off_share
 
 
@@ -24,7 +24,7 @@ def part_of(chart, rows, cols, turned):
     grid = OccupancyGrid(GridFrame(1.0, SE2(), piece.shape), np.ascontiguousarray(piece))
     corner = {0: (0.0, 0.0), 1: (rows[1] - rows[0], 0.0)}[turned]
     map_from_piece = Similarity2(*corner, turned * np.pi / 2)
-    return Chart(grid), Similarity2(cols[0], rows[0]) @ map_from_piece.inverse()
+    return PreparedMap(grid), Similarity2(cols[0], rows[0]) @ map_from_piece.inverse()
 
 
 @pytest.mark.parametrize("turned", [0, 1])

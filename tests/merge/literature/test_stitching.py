@@ -7,7 +7,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.stitching import Stitching
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.literature.crisp import blank, crisp_pair, off_share
 from tests.merge.rooms import rooms
 
@@ -41,7 +41,7 @@ def test_proposals_keep_to_the_scale():
 def test_points_of_opencv_are_points_of_cells():
     values = np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
     charts = [
-        Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), one.shape), one))
+        PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), one.shape), one))
         for one in (np.rot90(values, -1), values)
     ]
     answer = published(Stitching(), *charts)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.cluster import Group, agrees, connected, hops
+from merge.multimap.cluster import Cluster, agrees, connected, hops
 from merge.multimap.cluster_alignment import joins
 from merge.multimap.edge import about
 from tests.merge.multimap.test_consistency import DEVIATIONS, edge, ends, world
@@ -17,7 +17,7 @@ def groups_of(poses, rng):
 
     def group(members):
         placed = {k: poses[members[0]].inverse() @ poses[k] for k in members}
-        return Group(placed, tuple(edge(poses, a, b, rng) for a, b in pairwise(members)))
+        return Cluster(placed, tuple(edge(poses, a, b, rng) for a, b in pairwise(members)))
 
     return group((0, 1, 2)), group((3, 4, 5))
 
@@ -70,4 +70,4 @@ def test_hops_and_connection():
     assert not connected(members, held)
     ring = (*held, edge(poses, 2, 3, rng))
     assert connected(members, ring)
-    np.testing.assert_array_equal(hops(Group(members, ring))[0], [0, 1, 3, 2])
+    np.testing.assert_array_equal(hops(Cluster(members, ring))[0], [0, 1, 3, 2])

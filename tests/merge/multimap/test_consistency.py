@@ -13,7 +13,7 @@ from merge.multimap.cluster import GATES, predicted
 from merge.multimap.consistency import consistent
 from merge.multimap.edge import Edge
 from merge.multimap.outlier_rejection import score
-from merge.multimap.pose_graph import strains
+from merge.multimap.pose_graph import leave_one_out_residuals
 from tests.merge.rooms import random_similarity
 
 DEVIATIONS = np.array([1.0, 1.0, 0.01, 0.01])
@@ -177,7 +177,7 @@ def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
     near = Similarity2(truth.x + 9.0 * truth.x / along, truth.y + 9.0 * truth.y / along, truth.yaw, truth.scale)
     edges.append(Edge(0, number - 1, near, np.diag(3.0 * DEVIATIONS**2), 3.0))
     (group,) = consistent(number, edges, silent, False)
-    squares = strains(group.poses, group.edges, group.root, False)
+    squares = leave_one_out_residuals(group.poses, group.edges, group.root, False)
     assert len(group.poses) == number
     assert squares.max() < GATES[False]
 

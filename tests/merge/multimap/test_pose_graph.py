@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Motions
-from merge.multimap.edge import Edge, EdgeTable, Ground, edge_of
-from merge.multimap.pose_graph import averaged, packed, slopes, strains, unpacked
+from mapping.geometry.similarity2_array import Similarity2Array
+from merge.multimap.edge import Edge, EdgeTable, LocalFrame, edge_of
+from merge.multimap.pose_graph import averaged, leave_one_out_residuals, packed, slopes, unpacked
 from merge.records.result import PairResult
 
 GROUNDS = (
-    Ground(Similarity2(3.0, -2.0, 0.0, 0.05), 300.0, 1),
-    Ground(Similarity2(-40.0, 7.0, 0.4, 0.1), 150.0, 1),
+    LocalFrame(Similarity2(3.0, -2.0, 0.0, 0.05), 300.0, 1),
+    LocalFrame(Similarity2(-40.0, 7.0, 0.4, 0.1), 150.0, 1),
 )
 
 
@@ -27,7 +27,7 @@ def test_slopes_are_those_of_finite_differences():
     at[[3, 7]] = np.log(at[[3, 7]])
     steps = np.eye(8) * 1e-6
     expected = np.stack([(told(at + s) - told(at - s)) / 2e-6 for s in steps], axis=-1)
-    found = slopes(Motions.of([source, target]), Motions.of([target, source]))[1]
+    found = slopes(Similarity2Array.of([source, target]), Similarity2Array.of([target, source]))[1]
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
@@ -92,12 +92,12 @@ def test_the_strain_of_an_edge_is_what_all_others_fit_better_without_it(fixed):
 
     def squares(held):
         told = averaged(poses, held, 0, fixed)
-        placed = [(Motions.of([told[e.target]]), Motions.of([told[e.source]])) for e in held]
+        placed = [(Similarity2Array.of([told[e.target]]), Similarity2Array.of([told[e.source]])) for e in held]
         misfits = [EdgeTable.of([e]).misfits(t.inverse() @ s, fixed)[0] for e, (t, s) in zip(held, placed, strict=True)]
         return sum(misfits), told
 
     whole, told = squares(edges)
-    found = strains(told, edges, 0, fixed)
+    found = leave_one_out_residuals(told, edges, 0, fixed)
     for k in range(5):
         without, _ = squares([*edges[:k], *edges[k + 1 :]])
         assert found[k] == pytest.approx(whole - without, rel=0.03, abs=0.02)

@@ -15,7 +15,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, merge_maps
-from merge.multimap.cluster import Group
+from merge.multimap.cluster import Cluster
 from merge.multimap.guided_matching import AGAINST_TEAM, by_itself
 from merge.multimap.joint_icp import agreement, joint
 from merge.multimap.pair_selection import in_blocks, in_order, partners
@@ -154,8 +154,8 @@ def test_joint_refinement_mends_poses_that_are_a_little_off(three):
         index: Similarity2(*rng.uniform(-2, 2, 2), rng.uniform(-0.01, 0.01)) @ pose if index != group.root else pose
         for index, pose in group.poses.items()
     }
-    mended = joint(Group(poses, group.edges), chart, {}, fixed_scale=True)
-    assert agreement(mended, chart) > agreement(Group(poses, group.edges), chart)
+    mended = joint(Cluster(poses, group.edges), chart, {}, fixed_scale=True)
+    assert agreement(mended, chart) > agreement(Cluster(poses, group.edges), chart)
     names = solved.maps.names
     for name in names[1:]:
         truth = frames["abc".index(names[0])] @ frames["abc".index(name)].inverse()

@@ -4,7 +4,7 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.pair.pipeline import NOTHING_PROPOSED, Sheet, merge_pair
+from merge.pair.pipeline import NOTHING_PROPOSED, MapFeatures, merge_pair
 from merge.proposers.proposer import Proposal
 from tests.merge.literature.crisp import crisp_pair, off_share
 
@@ -28,7 +28,7 @@ class Fixed:
 
 def merged(*proposers):
     target, source, _ = crisp_pair()
-    sheets = [Sheet(chart, (None,) * len(proposers)) for chart in (target, source)]
+    sheets = [MapFeatures(chart, (None,) * len(proposers)) for chart in (target, source)]
     return merge_pair(*sheets, ScaleRange.known(), proposers, RNG)
 
 

@@ -12,7 +12,7 @@ from mapping.map_set import MapSet
 from merge.merger import match_maps, merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.pair.published import judged, nothing_found
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.settings import MergeSettings
 from tests.merge.literature.crisp import crisp_pair
 
@@ -99,7 +99,7 @@ def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name)
     grids = [
         OccupancyGrid(GridFrame(1.0, SE2(), cells.shape), cells.astype(np.float32)) for cells in odd_maps().values()
     ]
-    described = [method.describe(Chart(grid)) for grid in grids]
+    described = [method.describe(PreparedMap(grid)) for grid in grids]
     (proposer,) = PROPOSERS[name]
     for target, source in zip(described, (*described[1:], described[0]), strict=True):
         answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))

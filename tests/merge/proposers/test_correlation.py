@@ -7,13 +7,13 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import correlate
 from tests.merge.rooms import rooms
 
 
 def chart(values):
-    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 @pytest.fixture(scope="module")

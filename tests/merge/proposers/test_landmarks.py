@@ -14,7 +14,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange
 from merge.merger import match_maps
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.landmarks import Landmarks
 from tests.merge.rooms import CELL, World, observed, viewpoints
 
@@ -28,7 +28,7 @@ def discs(centres, radii, rows, cols):
     values = np.full((rows, cols), -1.0, np.float32)
     for (cx, cy), radius in zip(centres, radii, strict=True):
         values[np.hypot(x - cx, y - cy) <= radius] = 1.0
-    return Chart(OccupancyGrid(GridFrame(1.0, SE2(), (rows, cols)), values))
+    return PreparedMap(OccupancyGrid(GridFrame(1.0, SE2(), (rows, cols)), values))
 
 
 def trees(seed, number=25, side=300.0):
@@ -58,7 +58,7 @@ def test_a_long_wall_is_no_landmark_and_neither_is_a_speck():
     chart = discs([(40.0, 30.0)], [4.0], 120, 160)
     values = chart.grid.log_odds.copy()
     values[80:83, 10:150] = values[20, 120] = 1.0
-    marks, _ = MARKS.describe(Chart(OccupancyGrid(chart.grid.frame, values)))
+    marks, _ = MARKS.describe(PreparedMap(OccupancyGrid(chart.grid.frame, values)))
     assert len(marks) == 1
 
 
@@ -102,7 +102,7 @@ def test_a_known_scale_is_kept():
 def test_too_few_things_propose_nothing():
     few = discs([(40.0, 40.0), (90.0, 50.0), (60.0, 100.0)], [5.0, 5.0, 5.0], 150, 150)
     assert proposals(few, few) == ()
-    nothing = Chart(OccupancyGrid(GridFrame(1.0, SE2(), (5, 5)), np.zeros((5, 5), np.float32)))
+    nothing = PreparedMap(OccupancyGrid(GridFrame(1.0, SE2(), (5, 5)), np.zeros((5, 5), np.float32)))
     assert proposals(few, nothing) == ()
 
 

@@ -3,7 +3,7 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.proposers.normal_correlation import Facing, FacingWalls, scales
+from merge.proposers.normal_correlation import FacingWalls, NormalCorrelation, scales
 from tests.merge.rooms import cave, rooms, two_charts
 
 RNG = np.random.default_rng(0)
@@ -21,7 +21,7 @@ def nearest(proposals, truth, source):
 @pytest.mark.parametrize("known", [True, False], ids=["known", "free"])
 def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, known):
     target, source, truth = two_charts(build, 2, Similarity2(3.0, 1.0, -0.7, 1.0 if known else 1.4))
-    method = Facing()
+    method = NormalCorrelation()
     scale = ScaleRange.known() if known else ScaleRange.free()
     proposals = method.propose(method.describe(target), method.describe(source), scale, RNG)
     assert nearest(proposals, truth, source) < 0.05
@@ -31,7 +31,7 @@ def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, kn
 def test_where_no_direction_is_likely_all_are_tried():
     target, source, truth = two_charts(cave, 4, Similarity2(0.0, 0.0, 2.0))
     without_walls = [np.zeros(180)] * 2
-    method = Facing()
+    method = NormalCorrelation()
     descriptions = [
         FacingWalls(method.describe(chart).layers, walls)
         for chart, walls in zip((target, source), without_walls, strict=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.orientation_histogram import correlated, likely_yaws, wall_directions
 from tests.merge.rooms import cave, observed, rooms, viewpoints
 
@@ -17,7 +17,7 @@ def charts(build, seed, yaw):
         observed(world, viewpoints(world, rng, *part, number=20), Similarity2(yaw=turn), rng)
         for part, turn in ((((0.3, 0.3), (12.0, 10.7)), 0.4), (((4.0, 0.3), (15.7, 10.7)), 0.4 - yaw))
     ]
-    return [Chart(grid) for grid in grids]
+    return [PreparedMap(grid) for grid in grids]
 
 
 def off_deg(yaws, yaw):

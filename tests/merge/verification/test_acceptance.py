@@ -10,7 +10,7 @@ from merge.verification.acceptance import (
     ONE_WAY,
     OVERLAP,
     RIVAL,
-    DecisionSettings,
+    AcceptanceSettings,
     decide,
 )
 
@@ -80,7 +80,7 @@ def test_more_evidence_never_lowers_the_confidence(name, worse_to_better):
 @pytest.mark.parametrize(("name", "value"), [("min_margin", -0.1), ("lead", float("nan"))])
 def test_a_bad_bound_is_named(name, value):
     with pytest.raises(ValueError, match=f"{name} is {value}"):
-        DecisionSettings(**{name: value})
+        AcceptanceSettings(**{name: value})
 
 
 def test_what_contradicts_weighs_more_the_more_is_shared_but_no_more_than_bent_maps_bear():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from merge.verification.uncertainty import Uncertainty, uncertainty
 from tests.merge.rooms import corridor, observed, rooms, viewpoints
 
@@ -63,7 +63,7 @@ def test_the_inverse_of_the_inverse_is_itself(answer, middle):
 def charts(world, seed, parts):
     rng = np.random.default_rng(seed)
     return [
-        Chart(observed(world, viewpoints(world, rng, *part, number=25), Similarity2.identity(), rng, noise=0.01))
+        PreparedMap(observed(world, viewpoints(world, rng, *part, number=25), Similarity2.identity(), rng, noise=0.01))
         for part in parts
     ]
 

@@ -9,14 +9,14 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.correspondences import nearest_point
-from merge.preparation.prepared_map import SECTOR_COSINE, Chart
-from merge.verification.wall_overlap import compare_walls, tolerance_cells
+from merge.preparation.prepared_map import SECTOR_COSINE, PreparedMap
+from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cells
 from tests.merge.rooms import observed, rooms, viewpoints
 
 
 def chart(values):
     values = np.asarray(values)
-    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 def room(shape=(60, 80), wall=3):
@@ -53,13 +53,13 @@ def test_both_sides_of_a_wall_thinner_than_the_tolerance_find_their_own():
     values[100:102, 20:280] = 100
     thin = chart(values)
     assert tolerance_cells(thin, thin, 1.0) > 2.0
-    walls = compare_walls(thin, thin, Similarity2(0.0, 1.5))
+    walls = measure_wall_overlap(thin, thin, Similarity2(0.0, 1.5))
     assert walls.on_walls > 0.95 * len(thin.points)
     assert walls.opposed == 0.0
 
 
 def test_a_map_on_itself_agrees_wholly():
-    walls = compare_walls(chart(room()), chart(room()), SAME)
+    walls = measure_wall_overlap(chart(room()), chart(room()), SAME)
     assert walls.on_walls == len(chart(room()).points)
     assert (walls.opposed, walls.in_free) == (0.0, 0.0)
     assert walls.agreement == 1.0
@@ -67,7 +67,7 @@ def test_a_map_on_itself_agrees_wholly():
 
 def test_a_room_half_as_large_stands_in_free_space():
     inner = room((30, 40))
-    walls = compare_walls(chart(room()), chart(inner), Similarity2(20.0, 15.0))
+    walls = measure_wall_overlap(chart(room()), chart(inner), Similarity2(20.0, 15.0))
     assert walls.on_walls == 0.0
     assert walls.in_free > 0.4 * len(chart(inner).points)
 
@@ -76,22 +76,24 @@ def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
     from_below, from_above = np.full((40, 60), -1), np.full((40, 60), -1)
     from_below[:20], from_below[20:22] = 0, 100
     from_above[22:], from_above[20:22] = 0, 100
-    walls = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -2.0))
+    walls = measure_wall_overlap(chart(from_below), chart(from_above), Similarity2(0.0, -2.0))
     assert walls.on_walls == 0.0
     assert walls.opposed == pytest.approx(60.0)  # each wall stands in the other's free space
-    both_sides = compare_walls(chart(from_below), chart(from_above), Similarity2(0.0, -1.0))
+    both_sides = measure_wall_overlap(chart(from_below), chart(from_above), Similarity2(0.0, -1.0))
     assert (both_sides.on_walls, both_sides.opposed) == (0.0, 0.0)
 
 
 def test_walls_that_all_run_one_way_have_no_spread_and_a_square_room_has_most():
     corridor = np.zeros((30, 90), dtype=int)
     corridor[:3] = corridor[-3:] = 100
-    assert compare_walls(chart(corridor), chart(corridor), SAME).spread == pytest.approx(0.0, abs=0.01)  # its open ends
+    assert measure_wall_overlap(chart(corridor), chart(corridor), SAME).spread == pytest.approx(
+        0.0, abs=0.01
+    )  # its open ends
     upright = chart(np.rot90(corridor, -1))
-    turned = compare_walls(upright, chart(corridor), Similarity2(30.0, 0.0, math.pi / 2))
+    turned = measure_wall_overlap(upright, chart(corridor), Similarity2(30.0, 0.0, math.pi / 2))
     assert turned.agreement == pytest.approx(1.0) and turned.spread == pytest.approx(0.0, abs=0.01)
     square = chart(room((60, 60)))
-    assert compare_walls(square, square, SAME).spread == pytest.approx(0.5)
+    assert measure_wall_overlap(square, square, SAME).spread == pytest.approx(0.5)
 
 
 def test_swapping_the_maps_gives_the_same_lengths():
@@ -99,13 +101,13 @@ def test_swapping_the_maps_gives_the_same_lengths():
     world = rooms(rng)
     first = Similarity2(3.0, -1.0, 0.4)
     second = Similarity2(0.0, 9.0, -2.0, 1.6)
-    a = Chart(observed(world, viewpoints(world, rng, (0.3, 0.3), (11.0, 10.7), 15), first, rng))
-    b = Chart(observed(world, viewpoints(world, rng, (5.0, 0.3), (15.7, 10.7), 15), second, rng))
+    a = PreparedMap(observed(world, viewpoints(world, rng, (0.3, 0.3), (11.0, 10.7), 15), first, rng))
+    b = PreparedMap(observed(world, viewpoints(world, rng, (5.0, 0.3), (15.7, 10.7), 15), second, rng))
     metre_from_cell = [Similarity2.from_se2(c.grid.frame.origin, c.grid.frame.resolution) for c in (a, b)]
     truth = metre_from_cell[0].inverse() @ first @ second.inverse() @ metre_from_cell[1]
     there = Similarity2(2.0, -1.0, 0.01) @ truth
-    one = dataclasses.asdict(compare_walls(a, b, there))
-    other = dataclasses.asdict(compare_walls(b, a, there.inverse()))
+    one = dataclasses.asdict(measure_wall_overlap(a, b, there))
+    other = dataclasses.asdict(measure_wall_overlap(b, a, there.inverse()))
     assert one == pytest.approx(other, rel=1e-3)
     assert one["on_walls"] > 0.0
 
@@ -120,5 +122,5 @@ def test_the_tolerance_is_one_and_a_half_cells_of_the_coarser_map_or_a_share_of_
 
 
 def test_blank_maps_agree_on_nothing():
-    walls = compare_walls(chart(np.full((5, 5), -1)), chart(np.zeros((1, 1))), SAME)
+    walls = measure_wall_overlap(chart(np.full((5, 5), -1)), chart(np.zeros((1, 1))), SAME)
     assert walls.agreement == 0.0 and walls.judged == 0.0 and not math.isnan(walls.spread)

@@ -16,14 +16,14 @@ from sim.mission.robot import RobotSettings
 from sim.mission.running import Driven
 from sim.mission.settings import MissionSettings
 from sim.navigation.known_floor import KnownFloor
-from sim.navigation.navigator import Pilot, stretch_ahead
+from sim.navigation.navigator import Navigator, stretch_ahead
 from sim.navigation.right_of_way import in_the_way, patience, retreat, room_at
 from sim.navigation.routes import Routes
 from sim.navigation.tracking import Tracker
 from sim.physics.bullet import BulletScene
 from sim.physics.drive import DriveLimits
 from sim.physics.stopwatch import Stopwatch
-from sim.policies.explore import Exploration
+from sim.policies.explore import FrontierExploration
 from sim.sensors.lidar import Lidar
 from worlds.polygon import box
 from worlds.world import World
@@ -124,8 +124,8 @@ class Parked:
 
 def test_a_robot_shut_in_by_another_waits_and_goes_on_once_the_door_is_free() -> None:
     world, lidar, door, away = World("door", 0, (10.0, 5.0), DOOR), Lidar(), SE2(5.0, 2.45), SE2(8.5, 1.0)
-    policy = Exploration(lidar)
-    pilot = Pilot(RobotSettings(lidar, DriveLimits(speed=0.3)), 0, policy, Stopwatch())
+    policy = FrontierExploration(lidar)
+    pilot = Navigator(RobotSettings(lidar, DriveLimits(speed=0.3)), 0, policy, Stopwatch())
     with BulletScene(world, [SE2(2.0, 1.2), away]) as scene:
         mover = Driven(scene, "velocity", [pilot, Parked()], Stopwatch())
         for tick in range(600):

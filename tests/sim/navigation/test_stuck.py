@@ -10,7 +10,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
 from sim.mission.robot import RobotSettings
-from sim.navigation.navigator import BAN_TIME, Pilot
+from sim.navigation.navigator import BAN_TIME, Navigator
 from sim.navigation.routes import Routes
 from sim.navigation.stuck import STUCK_TIME, StuckWatch
 from sim.physics.stopwatch import Stopwatch
@@ -70,7 +70,7 @@ class Stubborn:
 
 def test_a_goal_that_a_robot_cannot_get_to_is_banned_for_a_while() -> None:
     policy, lidar = Stubborn(), Lidar()
-    pilot = Pilot(RobotSettings(lidar), 0, policy, Stopwatch())
+    pilot = Navigator(RobotSettings(lidar), 0, policy, Stopwatch())
     nothing = np.full(lidar.beams, np.inf)
     for now in np.arange(0.0, 22.0, 0.1):
         pilot.command(lidar.scan(float(now), nothing), SE2())  # it is told to drive, and stays where it is

@@ -16,7 +16,7 @@ from sim.mission.file import load_mission, save_mission
 from sim.mission.mission import Mission, simulate
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
-from sim.policies.controllers import make_tours
+from sim.policies.controllers import make_patrols
 from tests.sim.mission.test_mission import digests
 from worlds.families.registry import make_world
 from worlds.world import World
@@ -36,7 +36,7 @@ def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: 
 
 def test_each_robot_draws_goals_of_its_own() -> None:
     world, starts = make_world("open_hall", 1), [SE2(8.0, 8.0)] * 3
-    tours = make_tours(world, MissionSettings(3, 1.0, policy="tour"), starts, seed=1)
+    tours = make_patrols(world, MissionSettings(3, 1.0, policy="tour"), starts, seed=1)
     assert len({tour.goals for tour in tours}) == 3
     assert len({goal for tour in tours for goal in tour.goals}) > 20
 

@@ -5,7 +5,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.chen2021.corner_consensus import Agreement
 from merge.literature.chen2021.morphology import Morphology, one_a_quarter
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.literature.crisp import CELL, blank, crisp_pair, off_share
 from tests.merge.rooms import cave, observed, viewpoints
 
@@ -43,10 +43,11 @@ def test_a_cave_has_no_main_direction_and_is_matched_all_the_same():
     cells = [Similarity2.from_se2(grid.frame.origin, CELL) for grid in grids]
     truth = cells[0].inverse() @ source_from_world.inverse() @ cells[1]
     method = Morphology()
-    maps = tuple(method.describe(Chart(grid)) for grid in grids)
+    maps = tuple(method.describe(PreparedMap(grid)) for grid in grids)
     assert not any(one.correction.direction.clear for one in maps)
     best = [
-        off_share(p.target_from_source, truth, Chart(grids[1])) for p in method.propose(*maps, ScaleRange.known(), rng)
+        off_share(p.target_from_source, truth, PreparedMap(grids[1]))
+        for p in method.propose(*maps, ScaleRange.known(), rng)
     ]
     assert min(best) < 0.01
 

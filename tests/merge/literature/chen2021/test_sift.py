@@ -7,7 +7,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.chen2021.sift import Sift, match
-from merge.preparation.prepared_map import Chart
+from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import rooms
 
 
@@ -18,7 +18,7 @@ def world():
 
 
 def chart(values):
-    return Chart(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
+    return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 @pytest.mark.parametrize("feature", ["sift", "orb"])
