@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mapquilt.evaluation.calibration import auc, equal_mass_bins
 from mapquilt.evaluation.intervals import Share
 from mapquilt.report.answer import OUTCOMES, ReportAnswer, methods_of
-from mapquilt.report.content import PreparedMap
+from mapquilt.report.content import Chart
 from mapquilt.viz.palette import INK
 from mapquilt.viz.plot_style import (
     MUTED,
@@ -43,7 +43,7 @@ LEAST_FOR_CALIBRATION = 10
 Answers = tuple[ReportAnswer, ...]
 
 
-def common_charts(answers: Answers, of_study: bool) -> list[PreparedMap]:
+def common_charts(answers: Answers, of_study: bool) -> list[Chart]:
     """Outcomes, success against noise and overlap, errors, calibration, time: those that there is something to draw
     of. A study has curves of its own for success and time."""
     merged = tuple(one for one in answers if one.accepted is not None)
@@ -60,7 +60,7 @@ def common_charts(answers: Answers, of_study: bool) -> list[PreparedMap]:
     return [chart for chart in found if chart is not None]
 
 
-def _outcomes(answers: Answers) -> PreparedMap:
+def _outcomes(answers: Answers) -> Chart:
     methods = methods_of(answers)
     figure, (panel,) = new_figure(1, width=11.5, height=0.9 + 0.42 * len(methods))
     told = []
@@ -81,7 +81,7 @@ def _outcomes(answers: Answers) -> PreparedMap:
     panel.tick_params(axis="y", length=0)
     write_axes(panel, "pairs", "")
     _colour_legend(figure, OUTCOME_COLOURS)
-    return PreparedMap(
+    return Chart(
         "What became of the pairs",
         figure,
         f"Outcomes by method. {'; '.join(reversed(told))}.",
@@ -98,13 +98,13 @@ def _colour_legend(figure: Figure, colours: Mapping[str, str]) -> None:
     write_legend(figure, handles, list(colours))
 
 
-def _against_noise(answers: Answers) -> PreparedMap | None:
+def _against_noise(answers: Answers) -> Chart | None:
     levels = sorted({one.noise for one in answers if one.noise is not None and one.asked})
     if len(levels) < 2:
         return None
     classes = [Class(f"{level:g}", float(level), _equal(level)) for level in levels]
     figure, told = _success(answers, classes, "noise level")
-    return PreparedMap(
+    return Chart(
         "Success against noise",
         figure,
         f"Share right and accepted against the noise level. {told}.",
@@ -112,7 +112,7 @@ def _against_noise(answers: Answers) -> PreparedMap | None:
     )
 
 
-def _against_overlap(answers: Answers) -> PreparedMap | None:
+def _against_overlap(answers: Answers) -> Chart | None:
     classes = [
         Class(f"{100 * low:.0f} to {100 * high:.0f} %", (low + high) / 2.0, _between(low, high))
         for low, high in pairwise(OVERLAP_BOUNDS)
@@ -121,7 +121,7 @@ def _against_overlap(answers: Answers) -> PreparedMap | None:
     if len(used) < 2:
         return None
     figure, told = _success(answers, used, "true overlap of the two maps")
-    return PreparedMap(
+    return Chart(
         "Success against overlap",
         figure,
         f"Share right and accepted against the true overlap. {told}.",
@@ -179,7 +179,7 @@ def _draw_shares(panel: Axes, points: Sequence[tuple[float, Share]], index: int)
     return line
 
 
-def _errors(answers: Answers) -> PreparedMap | None:
+def _errors(answers: Answers) -> Chart | None:
     parts: list[tuple[str, str, Callable[[ReportAnswer], float | None], float]] = [
         ("displacement", "m", lambda one: one.displacement_m, 0.001),
         ("rotation", "degrees", lambda one: one.rotation_deg, 0.01),
@@ -207,7 +207,7 @@ def _errors(answers: Answers) -> PreparedMap | None:
     write_legend(figure, list(handles.values()), list(handles))
     moved = {method: _displacements(believed, method) for method in methods}
     medians = "; ".join(f"{method}: {np.median(found):.3f} m" for method, found in moved.items() if found)
-    return PreparedMap(
+    return Chart(
         "How far accepted answers are off",
         figure,
         f"Cumulative distributions of the errors of accepted answers. Median displacement: {medians}.",
@@ -219,7 +219,7 @@ def _displacements(answers: Sequence[ReportAnswer], method: str) -> list[float]:
     return [one.displacement_m for one in answers if one.method == method and one.displacement_m is not None]
 
 
-def _calibration(answers: Answers) -> PreparedMap | None:
+def _calibration(answers: Answers) -> Chart | None:
     drawn: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
     for method in methods_of(answers):
         here = [one for one in answers if one.method == method and not one.bent and one.confidence is not None]
@@ -243,7 +243,7 @@ def _calibration(answers: Answers) -> PreparedMap | None:
         told.append(f"{method}, {len(right)} answers: {figures}")
     for panel in panels[len(drawn) :]:
         panel.set_axis_off()
-    return PreparedMap(
+    return Chart(
         "Calibration",
         figure,
         f"Share of right answers against confidence in ten bins of equal mass. {'; '.join(told)}.",
@@ -252,7 +252,7 @@ def _calibration(answers: Answers) -> PreparedMap | None:
     )
 
 
-def _time(answers: Answers) -> PreparedMap | None:
+def _time(answers: Answers) -> Chart | None:
     timed = [
         (method, seconds)
         for method in methods_of(answers)
@@ -281,7 +281,7 @@ def _time(answers: Answers) -> PreparedMap | None:
     panel.grid(axis="x", visible=True)
     write_axes(panel, "processor time of a pair [s]", "")
     told = "; ".join(f"{method}: median {np.median(seconds):.2f} s" for method, seconds in timed)
-    return PreparedMap(
+    return Chart(
         "Time",
         figure,
         f"Processor seconds of a pair by method. {told}.",
@@ -289,7 +289,7 @@ def _time(answers: Answers) -> PreparedMap | None:
     )
 
 
-def stage_chart(timings: Mapping[str, Mapping[str, float]]) -> PreparedMap:
+def stage_chart(timings: Mapping[str, Mapping[str, float]]) -> Chart:
     """Seconds of the stages of a run."""
     steps = [
         (f"{stage}: {step}".replace("_", " "), seconds)
@@ -306,4 +306,4 @@ def stage_chart(timings: Mapping[str, Mapping[str, float]]) -> PreparedMap:
     panel.margins(x=0.12)
     write_axes(panel, "wall time [s]", "")
     told = "; ".join(f"{name} {seconds:.2f} s" for name, seconds in steps)
-    return PreparedMap("Time", figure, f"Seconds of each step. {told}.", "Wall time of each step that made this run.")
+    return Chart("Time", figure, f"Seconds of each step. {told}.", "Wall time of each step that made this run.")

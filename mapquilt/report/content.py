@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedMap:
+class Chart:
     """A figure under a heading, what it shows in words for those who do not see it, and what to read from it."""
 
     heading: str
@@ -54,6 +54,6 @@ class Content:
     settings: Mapping[str, str]
     answers: tuple[ReportAnswer, ...]
     pictures: Sequence[Picture] = ()
-    charts: Sequence[PreparedMap] = ()
+    charts: Sequence[Chart] = ()
     sheets: Sequence[Sheet] = ()
     notes: Sequence[str] = field(default=())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.report.answer import ReportAnswer
-from mapquilt.report.content import Content, PreparedMap, Sheet
+from mapquilt.report.content import Content, Chart, Sheet
 from mapquilt.study.folder import MAPS_FOLDER, load_results
 from mapquilt.study.plots import errors_figure, quality_figure, success_figure, time_figure
 from mapquilt.study.results import StudyResults
@@ -81,7 +81,7 @@ def _place(numbers: Place | None) -> Similarity2 | None:
     return None if numbers is None else Similarity2(*numbers)
 
 
-def _charts(results: StudyResults) -> list[PreparedMap]:
+def _charts(results: StudyResults) -> list[Chart]:
     what = " and ".join(one.variable.title for one in results.plan.varied)
     told = "; ".join(
         f"{cell.method} at {' '.join(cell.level)}: {100 * cell.right_and_accepted.value:.0f} %"
@@ -89,27 +89,27 @@ def _charts(results: StudyResults) -> list[PreparedMap]:
         if cell.right_and_accepted is not None
     )
     return [
-        PreparedMap(
+        Chart(
             f"Success against {what}",
             success_figure(results),
             f"Share right and accepted, and share accepted but wrong, against {what}. {told}.",
             "Bars: Wilson's 95 % interval. Bands: a bootstrap over missions, which pairs of one mission share. "
             "The same missions and the same random draws at every level.",
         ),
-        PreparedMap(
+        Chart(
             f"Errors against {what}",
             errors_figure(results),
             f"Displacement, rotation and scale errors of accepted answers against {what}, median to 90th percentile.",
             "Of accepted answers, right or wrong: the median, and up to the 90th percentile.",
         ),
-        PreparedMap(
+        Chart(
             "The merged map against the true raster",
             quality_figure(results),
             f"Intersection over union of free space, F1 of walls and acceptance index against {what}.",
             "Means over missions with their bootstrap interval, against all that the team truly saw; "
             "the acceptance index needs no truth.",
         ),
-        PreparedMap(
+        Chart(
             "Time of a pair",
             time_figure(results),
             f"Processor seconds of a pair against {what}, by method.",

@@ -10,7 +10,7 @@ import jinja2
 
 from mapquilt.report.answer import OUTCOME_WORDS, OUTCOMES, ReportAnswer, methods_of
 from mapquilt.report.charts import common_charts
-from mapquilt.report.content import Content, PreparedMap
+from mapquilt.report.content import Content, Chart
 from mapquilt.report.gallery import Progress, draw_gallery
 from mapquilt.report.pictures import png_address
 from mapquilt.report.summary import headline, method_sheet, tiles
@@ -66,7 +66,7 @@ def render_page(content: Content, pictures: int, on_progress: Progress = lambda 
     )
 
 
-def _chart(name: str, chart: PreparedMap) -> dict[str, Any]:
+def _chart(name: str, chart: Chart) -> dict[str, Any]:
     return {
         "heading": chart.heading,
         "svg": figure_svg(chart.figure, name),
