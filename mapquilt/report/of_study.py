@@ -6,7 +6,7 @@ from pathlib import Path
 
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.report.answer import ReportAnswer
-from mapquilt.report.content import Content, Chart, Sheet
+from mapquilt.report.content import Chart, Content, Sheet
 from mapquilt.study.folder import MAPS_FOLDER, load_results
 from mapquilt.study.plots import errors_figure, quality_figure, success_figure, time_figure
 from mapquilt.study.results import StudyResults

@@ -10,7 +10,7 @@ import jinja2
 
 from mapquilt.report.answer import OUTCOME_WORDS, OUTCOMES, ReportAnswer, methods_of
 from mapquilt.report.charts import common_charts
-from mapquilt.report.content import Content, Chart
+from mapquilt.report.content import Chart, Content
 from mapquilt.report.gallery import Progress, draw_gallery
 from mapquilt.report.pictures import png_address
 from mapquilt.report.summary import headline, method_sheet, tiles

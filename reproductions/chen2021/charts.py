@@ -10,8 +10,8 @@ import numpy as np
 from mapquilt.viz.palette import INK, ROBOTS
 from reproductions.chen2021.cases import CASES
 from reproductions.chen2021.make import Study
+from reproductions.chen2021.methods import CORRECTED, PLAIN
 from reproductions.chen2021.tally import CaseTally
-from reproductions.chen2021.verdict import CORRECTED, PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

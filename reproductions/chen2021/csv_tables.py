@@ -7,8 +7,8 @@ import io
 from collections.abc import Sequence
 
 from reproductions.chen2021.make import Study
+from reproductions.chen2021.methods import CORRECTED, PLAIN
 from reproductions.chen2021.tally import CaseTally
-from reproductions.chen2021.verdict import CORRECTED, PLAIN
 
 COLUMNS = (
     *("case", "differs_by", "method", "overlap", "runs", "right", "right_low", "right_high", "right_and_accepted"),

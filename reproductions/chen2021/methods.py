@@ -9,6 +9,9 @@ from merge.settings import MergeSettings
 AS_PUBLISHED = ("sift", "sift_orb", "morphology")
 """The thesis's own pipelines also run by themselves, as published."""
 
+PLAIN, CORRECTED = "sift as published", "morphology as published"
+"""The two pipelines that the thesis compares."""
+
 SCALE = ScaleRange.free()
 """The thesis estimates a similarity with scale, whatever cells the maps state."""
 

@@ -25,9 +25,8 @@ from merge.preparation.prepared_map import PreparedMap
 from reproductions.chen2021.answers import StudyAnswer
 from reproductions.chen2021.cases import Case, Place
 from reproductions.chen2021.make import Study
-from reproductions.chen2021.methods import SCALE
+from reproductions.chen2021.methods import CORRECTED, PLAIN, SCALE
 from reproductions.chen2021.missions import DrawnMap
-from reproductions.chen2021.verdict import CORRECTED, PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,8 @@ from mapquilt.cli.tables import plain_table
 from mapquilt.evaluation.intervals import Share
 from reproductions.chen2021.cases import CASES, Case
 from reproductions.chen2021.make import Study
+from reproductions.chen2021.methods import CORRECTED, PLAIN
 from reproductions.chen2021.tally import CaseTally
-from reproductions.chen2021.verdict import CORRECTED, PLAIN, compared, remark
 
 HOUSE = "quilt"
 MISSING = "-"
@@ -26,8 +26,6 @@ def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
         "stands what the thesis's own scripts measure on its author's own maps.",
         "## The two pipelines as published",
         compact(counted),
-        "## Where the correction helps, and where not",
-        remarks(counted),
         "## Every method",
         "Right, %, and in brackets how many of the other answers were accepted. `as published` a method decides for "
         "itself; the others go through the common judge.",
@@ -46,12 +44,11 @@ def compact(counted: Sequence[CaseTally]) -> str:
     with_house = any(one.method == HOUSE for one in counted)
     rows = [(*head, "AI corrected", "AI at the truth", *((f"{HOUSE} %",) if with_house else ()))]
     for case in CASES:
-        found = compared(counted, case.name)
-        if found is None:
+        found = {one.method: one for one in counted if one.case.name == case.name}
+        if not {PLAIN, CORRECTED} <= found.keys():
             continue
-        plain, corrected = found
+        plain, corrected = found[PLAIN], found[CORRECTED]
         measured = case.measured
-        house = [one for one in counted if (one.case.name, one.method) == (case.name, HOUSE)]
         rows.append(
             (
                 case.name,
@@ -64,17 +61,10 @@ def compact(counted: Sequence[CaseTally]) -> str:
                 _number(plain.index, 3) + ("" if measured is None else f" ({measured.plain_index:.3f})"),
                 _number(corrected.index, 3),
                 _number(plain.true_index, 3) + ("" if measured is None else f" ({measured.true_index:.3f})"),
-                *(_share(one.right) for one in house),
+                *((_share(found[HOUSE].right),) if with_house else ()),
             )
         )
     return _rows(rows) + "\n\nIn brackets beside an AI: the thesis's."
-
-
-def remarks(counted: Sequence[CaseTally]) -> str:
-    """A line on each case where both pipelines ran."""
-    pairs = [found for case in CASES if (found := compared(counted, case.name)) is not None]
-    told = [f"- {remark(plain, corrected)}" for plain, corrected in pairs]
-    return "\n".join(told) if told else f"`{PLAIN}` or `{CORRECTED}` did not run."
 
 
 def overview(methods: Sequence[str], counted: Sequence[CaseTally]) -> str:
