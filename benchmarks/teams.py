@@ -26,7 +26,7 @@ from benchmarks.team_injection.usage import usage
 from mapping.map_set import MapSet
 from mapquilt.cli.merge_options import PRELOADED, workers_for
 from mapquilt.cli.tables import plain_table, print_table
-from mapquilt.evaluation.intervals import Share, ratio_of_medians_over_clusters
+from mapquilt.evaluation.statistics import Share, ratio_of_medians_over_clusters
 from mapquilt.jobs.executor import process_pool
 from mapquilt.jobs.progress import count_progress
 from merge.merger import merge_maps

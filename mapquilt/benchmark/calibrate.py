@@ -13,13 +13,13 @@ from mapping.io.atomic import folder_aside
 from mapping.seeds import Role, stream
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
 from mapquilt.benchmark.files import calibration_record
+from mapquilt.benchmark.fitting import FITTED, fit_decision, judged_again
 from mapquilt.benchmark.folder import RELIABILITY_PICTURE
 from mapquilt.benchmark.run import run_benchmark
+from mapquilt.benchmark.selection import even_sample
+from mapquilt.benchmark.trial import Trial
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.calibration import Calibration, calibration
-from mapquilt.evaluation.fitting import FITTED, fit_decision, judged_again
-from mapquilt.evaluation.selection import even_sample
-from mapquilt.evaluation.trial import Trial
 from mapquilt.jobs.progress import count_progress
 from mapquilt.json_file import write_record
 from mapquilt.runs.folder import refuse_foreign

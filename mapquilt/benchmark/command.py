@@ -13,13 +13,13 @@ from mapping.seeds import Role, stream
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
 from mapquilt.benchmark.files import TABLE_FILE
 from mapquilt.benchmark.folder import claim_folder, write_folder
+from mapquilt.benchmark.pair import BenchmarkPair
+from mapquilt.benchmark.pair_file import read_pairs
 from mapquilt.benchmark.report import build_report
 from mapquilt.benchmark.run import chosen_methods, run_benchmark
+from mapquilt.benchmark.selection import even_sample
 from mapquilt.benchmark.table import calibration_table, terminal_table
 from mapquilt.cli.tables import print_table
-from mapquilt.evaluation.pair import BenchmarkPair
-from mapquilt.evaluation.pair_file import read_pairs
-from mapquilt.evaluation.selection import even_sample
 from mapquilt.jobs.progress import count_progress
 from merge.methods import PROPOSERS, PUBLISHED
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.dataset.loader import DatasetPair, load_dataset
-from mapquilt.evaluation.pair import BenchmarkPair
 
 OTHER_WORLDS, NOTHING_COMMON = "other worlds", "nothing in common"
 """Subsets of pairs that must be refused."""

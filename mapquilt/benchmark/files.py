@@ -12,9 +12,9 @@ from typing import Any
 
 from mapquilt.benchmark.report import Report
 from mapquilt.benchmark.table import markdown
+from mapquilt.benchmark.trial import Answer, Trial
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.transform_error import TransformError
-from mapquilt.evaluation.trial import Answer, Trial
 from mapquilt.json_file import similarity_record, to_text, write_record
 from merge.records.result import Evidence
 

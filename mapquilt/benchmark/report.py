@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mapquilt.benchmark.strata import strata
+from mapquilt.benchmark.trial import Trial
 from mapquilt.evaluation.aggregation import Tally, Timing, tally, timing
 from mapquilt.evaluation.calibration import Calibration, calibration
-from mapquilt.evaluation.strata import strata
-from mapquilt.evaluation.trial import Trial
 from merge.settings import MergeSettings
 
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 
 from mapping.geometry.scale_range import ScaleRange
-from mapquilt.evaluation.pair import BenchmarkPair
-from mapquilt.evaluation.trial import Trial, TrialTask, run_trial
+from mapquilt.benchmark.pair import BenchmarkPair
+from mapquilt.benchmark.trial import Trial, TrialTask, run_trial
 from mapquilt.jobs.executor import process_pool, run_all
 from merge.methods import PUBLISHED
 from merge.settings import MergeSettings

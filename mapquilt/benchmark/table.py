@@ -12,7 +12,7 @@ from mapquilt.benchmark.report import Report
 from mapquilt.cli.tables import plain_table
 from mapquilt.evaluation.aggregation import REFERENCE, Tally, Timing
 from mapquilt.evaluation.calibration import Calibration
-from mapquilt.evaluation.intervals import Interval, Share
+from mapquilt.evaluation.statistics import Interval, Share
 
 COLUMNS = (
     "stratum",

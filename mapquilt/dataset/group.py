@@ -13,11 +13,11 @@ from mapping.io.atomic import write_bytes_aside
 from mapquilt.cli.place import open_place
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
-from mapquilt.evaluation.true_places import TrueFootprints, true_places
 from mapquilt.json_file import read_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.seen_slices import SeenSlices
+from mapquilt.runs.true_footprints import TrueFootprints, true_places
 from mapquilt.runs.writer import fill_run
 from sim.mission.file import save_mission
 from sim.mission.mission import Mission, simulate

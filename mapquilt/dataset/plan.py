@@ -10,8 +10,8 @@ import numpy as np
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.seeds import Role, derived_seed, stream
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
-from mapquilt.evaluation.true_places import map_names
 from mapquilt.runs.sample import SampleSettings
+from mapquilt.runs.true_footprints import map_names
 
 
 @dataclass(frozen=True)

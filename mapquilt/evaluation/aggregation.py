@@ -9,10 +9,10 @@ from statistics import median
 import numpy as np
 
 from mapping.seeds import Role, stream
-from mapquilt.evaluation.intervals import Interval, Share, over_clusters, ratio_of_medians
-from mapquilt.evaluation.strata import Stratum
+from mapquilt.benchmark.strata import Stratum
+from mapquilt.benchmark.trial import Answer
+from mapquilt.evaluation.statistics import Interval, Share, over_clusters, ratio_of_medians
 from mapquilt.evaluation.transform_error import TransformError
-from mapquilt.evaluation.trial import Answer
 
 REFERENCE = "orb"
 """The method whose time is the unit."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapquilt.evaluation.intervals import Share
-from mapquilt.evaluation.trial import Trial
+from mapquilt.benchmark.trial import Trial
+from mapquilt.evaluation.statistics import Share
 
 BINS = 10
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapquilt.evaluation.calibration import auc, equal_mass_bins
-from mapquilt.evaluation.intervals import Share
+from mapquilt.evaluation.statistics import Share
 from mapquilt.report.answer import OUTCOMES, ReportAnswer, methods_of
 from mapquilt.report.content import Chart
 from mapquilt.viz.palette import INK

@@ -10,7 +10,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.io.safe_load import read_json
 from mapquilt.benchmark.files import PAIRS_FILE, PLACE, SUMMARY_FILE, TIMINGS_FILE
 from mapquilt.benchmark.table import number_text, share_text, wrong_text
-from mapquilt.evaluation.intervals import Interval, Share
+from mapquilt.evaluation.statistics import Interval, Share
 from mapquilt.json_file import read_record
 from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.content import Content, Sheet

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mapquilt.benchmark.table import number_text, share_text, wrong_text
-from mapquilt.evaluation.intervals import Share
+from mapquilt.evaluation.statistics import Share
 from mapquilt.report.answer import ReportAnswer, methods_of
 from mapquilt.report.content import Content, Sheet
 

@@ -12,7 +12,7 @@ from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.seen_slices import part_bounds
-from mapquilt.evaluation.true_places import map_names
+from mapquilt.runs.true_footprints import map_names
 from sim.mission.mission import Mission
 from sim.mission.file import load_mission
 

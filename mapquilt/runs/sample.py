@@ -23,7 +23,7 @@ from mapping.ground_truth.truth import (
     pair_truth,
 )
 from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.evaluation.true_places import TrueMap, TrueFootprints, check_parts, true_places
+from mapquilt.runs.true_footprints import TrueMap, TrueFootprints, check_parts, true_places
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from sim.sensors.lidar_presets import lidar_preset
 from sim.mission.mission import Mission

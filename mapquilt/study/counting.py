@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.seeds import Role, stream
-from mapquilt.evaluation.intervals import LEVEL, RESAMPLES, Interval, Share, over_clusters
+from mapquilt.evaluation.statistics import LEVEL, RESAMPLES, Interval, Share, over_clusters
 from mapquilt.study.plan import Level, StudyPlan
 from mapquilt.study.setup import ExperimentConfig
 from mapquilt.study.trial import PairTrial, TeamTrial

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from mapquilt.evaluation.intervals import Interval, Share
+from mapquilt.evaluation.statistics import Interval, Share
 from mapquilt.json_file import record_bytes, to_text
 from mapquilt.study.counting import Cell, Mean, Spread
 from mapquilt.study.paired import PairedTest

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.seeds import Role, stream
-from mapquilt.evaluation.intervals import LEVEL, RESAMPLES, Interval
+from mapquilt.evaluation.statistics import LEVEL, RESAMPLES, Interval
 from mapquilt.study.counting import asked
 from mapquilt.study.plan import Level, StudyPlan
 from mapquilt.study.trial import PairTrial

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mapquilt.evaluation.intervals import Interval
+from mapquilt.evaluation.statistics import Interval
 from mapquilt.numbers import parse_number, parse_range
 from mapquilt.study.counting import Cell, Mean, Spread
 from mapquilt.study.results import StudyResults

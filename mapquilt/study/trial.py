@@ -15,12 +15,12 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import map_files
 from mapping.map_set import MapSet
+from mapquilt.benchmark.trial import one_thread, warm_up
 from mapquilt.evaluation.map_quality import map_quality
 from mapquilt.evaluation.transform_error import RIGHT, TransformError, transform_error
-from mapquilt.evaluation.trial import one_thread, warm_up
-from mapquilt.evaluation.true_places import TrueFootprints, true_places
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.seen_slices import SeenSlices
+from mapquilt.runs.true_footprints import TrueFootprints, true_places
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
 from mapquilt.study.setup import ExperimentConfig

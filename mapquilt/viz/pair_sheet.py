@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mapquilt.evaluation.trial import Answer, Trial
+from mapquilt.benchmark.trial import Answer, Trial
 from mapquilt.viz.pair_card import TRUE_PLACE, card_picture
 from mapquilt.viz.palette import INK, ROBOTS
 from mapquilt.viz.png import figure_png

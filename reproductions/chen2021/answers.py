@@ -14,8 +14,8 @@ import numpy as np
 from mapping.geometry.se2 import wrap_angle
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
+from mapquilt.benchmark.trial import one_thread, warm_up
 from mapquilt.evaluation.transform_error import THESIS, transform_error
-from mapquilt.evaluation.trial import one_thread, warm_up
 from merge.merger import match_maps, merge_maps
 from merge.records.result import PairResult
 from merge.settings import MergeSettings

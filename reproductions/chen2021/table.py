@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from mapquilt.cli.tables import plain_table
-from mapquilt.evaluation.intervals import Share
+from mapquilt.evaluation.statistics import Share
 from reproductions.chen2021.cases import CASES, Case
 from reproductions.chen2021.make import Study
 from reproductions.chen2021.methods import CORRECTED, PLAIN

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import median
 
-from mapquilt.evaluation.intervals import Share
+from mapquilt.evaluation.statistics import Share
 from reproductions.chen2021.cases import CASES, Case
 from reproductions.chen2021.make import Study
 

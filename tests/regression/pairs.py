@@ -12,8 +12,8 @@ import numpy as np
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame_perturbation import HONEST, FramePerturbationRanges
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapquilt.evaluation.true_places import true_places
 from mapquilt.runs.sample import Sample, SampleSettings, make_sample
+from mapquilt.runs.true_footprints import true_places
 from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
 from sim.mission.starts import Starts

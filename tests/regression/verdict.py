@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mapping.map_set import MapSet
+from mapquilt.benchmark.trial import one_thread
 from mapquilt.evaluation.transform_error import RIGHT, transform_error
-from mapquilt.evaluation.trial import one_thread
 from merge.merger import match_maps
 from merge.records.result import PairResult
 from merge.settings import MergeSettings

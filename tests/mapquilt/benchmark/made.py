@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from mapping.geometry.similarity2 import Similarity2
-from mapquilt.evaluation.pair import BenchmarkPair
+from mapquilt.benchmark.pair import BenchmarkPair
+from mapquilt.benchmark.trial import Answer, Trial
 from mapquilt.evaluation.transform_error import TransformError
-from mapquilt.evaluation.trial import Answer, Trial
 
 GOOD = TransformError(0.1, 0.2, 0.3, 0.4, 0.005)
 BAD = TransformError(90.0, 0.2, 9.0, 180.0, 0.5)

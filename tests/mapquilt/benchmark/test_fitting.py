@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from mapquilt.benchmark.calibrate import decision_record
+from mapquilt.benchmark.fitting import fit_decision, judged_again
+from mapquilt.benchmark.trial import Trial
 from mapquilt.cli.app import run
 from mapquilt.evaluation.calibration import calibration
-from mapquilt.evaluation.fitting import fit_decision, judged_again
 from mapquilt.evaluation.transform_error import TransformError
-from mapquilt.evaluation.trial import Trial
 from mapquilt.json_file import read_record, write_record
 from merge.records.result import Evidence
 from merge.verification.acceptance import AcceptanceSettings, decide

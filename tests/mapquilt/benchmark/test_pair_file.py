@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from mapquilt.evaluation.pair_file import read_pairs
+from mapquilt.benchmark.pair_file import read_pairs
 from tests.merge.literature.crisp import crisp_pair
 
 

@@ -3,7 +3,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from mapquilt.evaluation.selection import even_sample
+from mapquilt.benchmark.selection import even_sample
 from tests.mapquilt.benchmark.made import pair
 
 PAIRS = [pair(f"{k}", negative=k % 3 == 0, world=("office", "cave")[k % 2]) for k in range(60)]

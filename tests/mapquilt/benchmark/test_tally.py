@@ -1,10 +1,10 @@
 """What is counted where."""
 
 from mapquilt.benchmark.report import build_report
+from mapquilt.benchmark.strata import strata
 from mapquilt.benchmark.table import markdown, number_text, share_text, wrong_text
 from mapquilt.evaluation.aggregation import tally, timing
-from mapquilt.evaluation.intervals import Interval, Share
-from mapquilt.evaluation.strata import strata
+from mapquilt.evaluation.statistics import Interval, Share
 from merge.settings import MergeSettings
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 

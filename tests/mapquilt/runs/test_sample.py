@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mapquilt.runs.sample import SampleSettings, make_sample
-from mapquilt.evaluation.true_places import true_places
+from mapquilt.runs.true_footprints import true_places
 from sim.mission.file import load_mission
 
 

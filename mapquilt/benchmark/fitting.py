@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from mapquilt.evaluation.strata import OVERLAPS, overlap_class
-from mapquilt.evaluation.trial import Answer, Trial
+from mapquilt.benchmark.strata import OVERLAPS, overlap_class
+from mapquilt.benchmark.trial import Answer, Trial
 from merge.records.result import Evidence
 from merge.verification.acceptance import AcceptanceSettings, decide, features
 

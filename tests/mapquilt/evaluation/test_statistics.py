@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from mapquilt.evaluation.intervals import Share, over_clusters, ratio_of_medians, ratio_of_medians_over_clusters
+from mapquilt.evaluation.statistics import Share, over_clusters, ratio_of_medians, ratio_of_medians_over_clusters
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 24), (37, 40), (24, 24), (3, 7)])

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.geometry.similarity2 import Similarity2
-from mapquilt.evaluation.pair import BenchmarkPair
+from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.json_file import read_record
 
 NEGATIVE = "negative"

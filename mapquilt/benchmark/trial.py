@@ -17,7 +17,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.evaluation.pair import BenchmarkPair
+from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.evaluation.transform_error import FOUND, RIGHT, TransformError, normalised_error, transform_error
 from merge.merger import match_maps
 from merge.records.result import Alternative, Evidence, PairResult

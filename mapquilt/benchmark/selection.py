@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mapquilt.evaluation.pair import BenchmarkPair
+from mapquilt.benchmark.pair import BenchmarkPair
 
 
 def even_sample(pairs: Sequence[BenchmarkPair], number: int, rng: np.random.Generator) -> list[BenchmarkPair]:

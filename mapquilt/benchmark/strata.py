@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from mapquilt.evaluation.trial import Trial
+from mapquilt.benchmark.trial import Trial
 
 OVERLAPS = ((0.3, "overlap 30 % and more"), (0.15, "overlap 15 to 30 %"), (-1.0, "overlap under 15 %"))
 """Lower bounds of the classes of overlap."""
