@@ -18,7 +18,7 @@ from mapping.ground_truth.footprint_layers import FootprintLayers
 from mapquilt.dataset import group
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, load_spec
-from mapquilt.evaluation import true_places
+from mapquilt.runs import true_footprints
 from mapquilt.runs import sample
 
 FAMILIES = ("office", "warehouse", "hospital", "cave")
@@ -30,8 +30,8 @@ STEPS: tuple[tuple[str, ModuleType | type, str], ...] = (
     ("sensing", sample, "sense"),
     ("mapping", sample, "map_log"),
     ("disguising", sample, "perturb_frame"),
-    ("truth: footprints", true_places, "true_raster"),
-    ("truth: footprints", true_places, "_true_map"),
+    ("truth: footprints", true_footprints, "true_raster"),
+    ("truth: footprints", true_footprints, "_true_map"),
     ("truth: second placements", FootprintLayers, "of"),
     ("truth: second placements", truth, "identifiability"),
     ("truth: beam endpoints", sample, "beam_endpoints"),
