@@ -123,9 +123,7 @@ def _answer(
         found = max(places, key=lambda place: _looks(there.frame, here.frame, charts, place))
     else:
         found = _moved(truth, middle, off * rng.standard_normal(4))
-    arm = np.array([found.x, found.y]) - middle
-    moved = np.eye(4)
-    moved[:2, 2], moved[:2, 3], moved[3, 3] = (-arm[1], arm[0]), arm, found.scale
+    moved = np.diag([1.0, 1.0, 1.0, found.scale]) @ Similarity2(*(middle - (found.x, found.y))).adjoint()
     return PairResult(
         target=team.maps.names[target],
         source=team.maps.names[source],
@@ -141,9 +139,7 @@ def _answer(
 
 
 def _moved(truth: Similarity2, middle: NDArray[np.float64], move: NDArray[np.float64]) -> Similarity2:
-    turn = Similarity2(yaw=float(move[2]), scale=math.exp(move[3]))
-    x, y = middle + move[:2] - turn.apply(middle)
-    return Similarity2(float(x), float(y), turn.yaw, turn.scale) @ truth
+    return Similarity2(move[0], move[1], move[2], math.exp(move[3])).about(middle) @ truth
 
 
 def _looks(there: GridFrame, here: GridFrame, charts: tuple[PreparedMap, PreparedMap], place: Similarity2) -> float:

@@ -1,4 +1,9 @@
-"""Rigid motions of the plane."""
+"""Rigid motions of the plane, SE(2), with their tangent space.
+
+A tangent vector of SE(2) is (x, y, yaw): a constant velocity [m, m, rad per unit of time] in the frame on the left.
+Perturbations act from the left, ``exp(v) @ T``: they move what ``T`` has placed. Source: Sola, Deray and Atchuthan
+2018, "A micro Lie theory for state estimation in robotics", appendix "SE(2)", equations 152 to 160.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 def wrap_angle(angle: float) -> float:
     """The same angle [rad] in [-pi, pi]."""
     return math.remainder(angle, math.tau)
+
+
+def mean_rotation(rate: complex) -> complex:
+    """Average ``exp(rate t)`` over t from 0 to 1: ``(exp(rate) - 1) / rate``, which is 1 at a rate of 0.
+
+    In complex numbers this is the matrix V of Sola et al. 2018, equation 158, for a rate of ``i yaw``; a similarity
+    has the rate ``log scale + i yaw``. Below 1e-8 the first two terms of its series are exact.
+    """
+    return complex(np.expm1(rate) / rate) if abs(rate) > 1e-8 else 1.0 + rate / 2.0
 
 
 @dataclass(frozen=True)
@@ -40,6 +54,29 @@ class SE2:
     @staticmethod
     def identity() -> SE2:
         return SE2()
+
+    @staticmethod
+    def exp(tangent: ArrayLike) -> SE2:
+        """Move with a constant velocity (3,), x, y [m] and yaw [rad], for one unit of time (Sola et al., eq. 156)."""
+        x, y, yaw = np.asarray(tangent, dtype=np.float64).tolist()
+        shift = mean_rotation(1j * yaw) * complex(x, y)
+        return SE2(shift.real, shift.imag, yaw)
+
+    def log(self) -> NDArray[np.float64]:
+        """Return the velocity (3,) that leads to this motion, its yaw in [-pi, pi] (Sola et al., eq. 157)."""
+        velocity = complex(self.x, self.y) / mean_rotation(1j * self.yaw)
+        return np.array([velocity.real, velocity.imag, self.yaw])
+
+    def adjoint(self) -> NDArray[np.float64]:
+        """Return the matrix (3, 3) with ``self @ exp(v) == exp(self.adjoint() @ v) @ self`` (Sola et al., eq. 159)."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return np.array([[c, -s, self.y], [s, c, -self.x], [0.0, 0.0, 1.0]])
+
+    def about(self, centre: ArrayLike) -> SE2:
+        """Do about ``centre`` (2,) what this motion does about the origin: ``p' = centre + self(p - centre)``."""
+        centre = np.asarray(centre, dtype=np.float64)
+        x, y = (centre + np.array([self.x, self.y]) - SE2(yaw=self.yaw).apply(centre)).tolist()
+        return SE2(x, y, self.yaw)
 
     def inverse(self) -> SE2:
         c, s = math.cos(self.yaw), math.sin(self.yaw)

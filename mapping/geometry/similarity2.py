@@ -1,4 +1,16 @@
-"""Similarities of the plane: rigid motions with a scale."""
+"""Similarities of the plane, Sim(2): rigid motions with a scale, with their tangent space.
+
+A tangent vector of Sim(2) is (x, y, yaw, log scale); perturbations act from the left, as in SE(2). In complex numbers a
+similarity is ``p' = a p + t`` with ``a = scale exp(i yaw)``, a tangent vector is ``(u, w) = (x + i y, log scale +
+i yaw)``, and
+
+    exp(u, w) = (exp(w), u (exp(w) - 1) / w),    Ad(a, t) (u, w) = (a u - w t, w).
+
+Source: Eade 2017, "Lie groups for 2D and 3D transformations", section 6, for Sim(3); Sola et al. 2018 for the notation.
+
+Covariances of poses use another, simpler chart: ``plus`` and ``minus`` change x, y, yaw and log scale each by itself.
+To first order that is a perturbation about the image of the source's origin.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mapping.geometry.se2 import SE2, wrap_angle
+from mapping.geometry.se2 import SE2, mean_rotation, wrap_angle
 
 
 @dataclass(frozen=True)
@@ -43,6 +55,46 @@ class Similarity2:
     @staticmethod
     def from_se2(motion: SE2, scale: float = 1.0) -> Similarity2:
         return Similarity2(motion.x, motion.y, motion.yaw, scale)
+
+    @staticmethod
+    def exp(tangent: ArrayLike) -> Similarity2:
+        """Move with a constant velocity (4,), x, y [m], yaw [rad] and log scale, for one unit of time."""
+        x, y, yaw, log_scale = np.asarray(tangent, dtype=np.float64).tolist()
+        shift = mean_rotation(complex(log_scale, yaw)) * complex(x, y)
+        return Similarity2(shift.real, shift.imag, yaw, math.exp(log_scale))
+
+    def log(self) -> NDArray[np.float64]:
+        """Return the velocity (4,) that leads to this similarity, its yaw in [-pi, pi]."""
+        log_scale = math.log(self.scale)
+        velocity = complex(self.x, self.y) / mean_rotation(complex(log_scale, self.yaw))
+        return np.array([velocity.real, velocity.imag, self.yaw, log_scale])
+
+    def adjoint(self) -> NDArray[np.float64]:
+        """Return the matrix (4, 4) with ``self @ exp(v) == exp(self.adjoint() @ v) @ self``."""
+        c, s = self.scale * math.cos(self.yaw), self.scale * math.sin(self.yaw)
+        return np.array(
+            [[c, -s, self.y, -self.x], [s, c, -self.x, -self.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+        )
+
+    def about(self, centre: ArrayLike) -> Similarity2:
+        """Do about ``centre`` (2,) what this similarity does about the origin: ``p' = centre + self(p - centre)``.
+
+        Its tangent vector is ``Similarity2(*centre).adjoint() @ self.log()``.
+        """
+        centre = np.asarray(centre, dtype=np.float64)
+        shift = np.array([self.x, self.y]) - Similarity2(yaw=self.yaw, scale=self.scale).apply(centre)
+        x, y = (centre + shift).tolist()
+        return Similarity2(x, y, self.yaw, self.scale)
+
+    def plus(self, change: ArrayLike) -> Similarity2:
+        """Change x, y, yaw and log scale (4,), each by itself."""
+        x, y, yaw, log_scale = np.asarray(change, dtype=np.float64).tolist()
+        return Similarity2(self.x + x, self.y + y, self.yaw + yaw, self.scale * math.exp(log_scale))
+
+    def minus(self, other: Similarity2) -> NDArray[np.float64]:
+        """Return the change (4,) of x, y, yaw and log scale that leads from the other to this one."""
+        yaw, log_scale = wrap_angle(self.yaw - other.yaw), math.log(self.scale / other.scale)
+        return np.array([self.x - other.x, self.y - other.y, yaw, log_scale])
 
     @staticmethod
     def from_matrix(matrix: ArrayLike) -> Similarity2:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Similarity2Array, rotations
+from mapping.geometry.similarity2_array import Similarity2Array
 from merge.multimap.cluster import GATES, Cluster, hops
 from merge.multimap.cycle_consistency import Place
 from merge.multimap.edge import Edge, EdgeTable
@@ -91,20 +91,12 @@ def _supports(first: Cluster, second: Cluster, table: EdgeTable, fixed_scale: bo
     predicted = back[None] @ said[:, None] @ here[None]
     between = back[None] @ there[:, None]
     spot = between.turn * table.found.shift[:, None] + between.shift
-    moved = np.zeros((*between.turn.shape, 4, 4))
-    moved[..., :2, :2] = rotations(between.turn)
-    moved[..., 2:, 2:] = np.eye(2)
-    moved[..., :2, 3], moved[..., 0, 2], moved[..., 1, 2] = _rows(predicted.shift - spot)
+    moved = Similarity2Array(between.turn, spot - predicted.shift).adjoint()
     slack = moved @ table.covariances[:, None] @ moved.swapaxes(-1, -2)
     slack += _apart(first, second, table)[..., None, None] * table.covariances[None]
     agreeing = table.misfits(predicted, fixed_scale, slack) < GATES[fixed_scale]
     np.fill_diagonal(agreeing, True)
     return np.asarray(agreeing, np.bool_)
-
-
-def _rows(arm: NDArray[np.complex128]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """What growth and turn move at an arm's length (``about``)."""
-    return np.stack((arm.real, arm.imag), axis=-1), -arm.imag, arm.real
 
 
 def _apart(first: Cluster, second: Cluster, table: EdgeTable) -> NDArray[np.float64]:

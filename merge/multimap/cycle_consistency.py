@@ -11,7 +11,7 @@ from scipy.special import expit
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.multimap.cluster import agrees
-from merge.multimap.edge import Edge, about
+from merge.multimap.edge import Edge
 
 Place = Callable[[int, int, Similarity2], float]
 """The log-odds, from the cells, that the source lies at a place on the target (``OverlapLikelihood``)."""
@@ -54,10 +54,8 @@ def weighted(edges: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Edg
 
 def _chained(there: Edge, back: Edge) -> NDArray[np.float64]:
     """The covariance of the product of two edges, as a move about the middle of the last map."""
-    by_first = about(
-        np.asarray(there.target_from_source.matrix()[:, :2])
-        @ np.array([back.target_from_source.x, back.target_from_source.y])
-    )
-    turned = np.eye(4)
-    turned[:2, :2] = there.target_from_source.matrix()[:, :2]
-    return np.asarray(by_first @ there.covariance @ by_first.T + turned @ back.covariance @ turned.T)
+    first, second = there.target_from_source, back.target_from_source
+    turned = Similarity2(yaw=first.yaw, scale=first.scale)
+    arm = turned.apply([second.x, second.y])
+    by_first, by_second = Similarity2(*-arm).adjoint(), turned.adjoint()
+    return np.asarray(by_first @ there.covariance @ by_first.T + by_second @ back.covariance @ by_second.T)

@@ -67,9 +67,8 @@ class Edge:
         back = self.target_from_source.inverse()
         moved = np.diag([0.0, 0.0, -1.0, -1.0])
         moved[:2, :2] = -back.matrix()[:, :2]
-        # About the target's middle, which lies an arm away from the source's.
-        arm = -np.array([self.target_from_source.x, self.target_from_source.y])
-        moved = moved @ about(arm)
+        # About the target's middle, which lies away from the source's.
+        moved = moved @ Similarity2(self.target_from_source.x, self.target_from_source.y).adjoint()
         return Edge(self.source, self.target, back, moved @ self.covariance @ moved.T, self.weight)
 
 
@@ -127,22 +126,13 @@ def log_odds(confidence: float, most: float = 3.0) -> float:
     return min(most, max(-most, math.log(bounded / (1.0 - bounded))))
 
 
-def about(arm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix (4, 4) from a move about a point to the same move about another, an ``arm`` (2,) away from it."""
-    moved = np.eye(4)
-    moved[:2, 2] = -arm[1], arm[0]
-    moved[:2, 3] = arm
-    return moved
-
-
 def _local(
     metric: Similarity2, parameters: NDArray[np.float64], target: LocalFrame, source: LocalFrame
 ) -> NDArray[np.float64]:
     """The covariance of x, y, yaw and scale in metres as that of a move about the source's middle in local cells."""
     in_logs = np.diag([1.0, 1.0, 1.0, 1.0 / metric.scale])
     middle = metric.apply(np.array([source.metres_from_local.x, source.metres_from_local.y]))
-    moved = about(middle - np.array([metric.x, metric.y])) @ in_logs
-    turned = np.eye(4)
-    turned[:2, :2] = target.metres_from_local.inverse().matrix()[:, :2]
-    whole = turned @ moved
+    moved = Similarity2(*(np.array([metric.x, metric.y]) - middle)).adjoint() @ in_logs
+    local_from_metres = target.metres_from_local.inverse()
+    whole = Similarity2(yaw=local_from_metres.yaw, scale=local_from_metres.scale).adjoint() @ moved
     return np.asarray(whole @ parameters @ whole.T)

@@ -92,7 +92,7 @@ def _laid(
     unknowns = 3 if fixed_scale else 4
     move = np.zeros(4)
     move[:unknowns] = np.linalg.solve(hessian[:unknowns, :unknowns], gradient[:unknowns])
-    moved = Similarity2(now.x + move[0], now.y + move[1], now.yaw + move[2], now.scale * float(np.exp(move[3])))
+    moved = now.plus(move)
     covariance = np.eye(4)
     covariance[:unknowns, :unknowns] = np.linalg.inv(hessian[:unknowns, :unknowns])
     return Edge(edge.target, edge.source, moved, covariance, edge.weight)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.geometry.similarity2_array import Similarity2Array, rotations
+from mapping.geometry.similarity2_array import Similarity2Array
 from merge.multimap.edge import Edge, EdgeTable
 
 Poses = Mapping[int, Similarity2]
@@ -125,12 +125,8 @@ def unpacked(values: NDArray[np.float64], poses: Poses, free: Sequence[int], unk
 
 def slopes(targets: Similarity2Array, sources: Similarity2Array) -> NDArray[np.float64]:
     """d (x, y, yaw, log scale) of target^-1 source by those of the target and of the source: (E, 4, 8)."""
-    back = rotations(1.0 / targets.turn)
+    back = 1.0 / targets.turn
     between = (sources.shift - targets.shift) / targets.turn
-    out = np.zeros((len(between), 4, 8))
-    out[:, :2, :2], out[:, :2, 4:6] = -back, back
-    out[:, 0, 2], out[:, 1, 2] = between.imag, -between.real  # turning the target turns what lies between back
-    out[:, 0, 3], out[:, 1, 3] = -between.real, -between.imag
-    out[:, 2, 2], out[:, 2, 6] = -1.0, 1.0
-    out[:, 3, 3], out[:, 3, 7] = -1.0, 1.0
-    return out
+    by_target = -Similarity2Array(back, -between).adjoint()
+    by_source = Similarity2Array(back, np.zeros_like(between)).adjoint()
+    return np.concatenate((by_target, by_source), axis=-1)

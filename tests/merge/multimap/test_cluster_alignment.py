@@ -8,7 +8,6 @@ import pytest
 from mapping.geometry.similarity2 import Similarity2
 from merge.multimap.cluster import Cluster, agrees, connected, hops
 from merge.multimap.cluster_alignment import joins
-from merge.multimap.edge import about
 from tests.merge.multimap.test_consistency import DEVIATIONS, edge, ends, world
 
 
@@ -28,9 +27,7 @@ def slow_support(chosen, other, first, second):
     predicted = first.poses[other.target].inverse() @ said @ second.poses[other.source]
     between = first.poses[other.target].inverse() @ first.poses[chosen.target]
     spot = between.apply([chosen.target_from_source.x, chosen.target_from_source.y])
-    turned = np.eye(4)
-    turned[:2, :2] = between.matrix()[:, :2]
-    moved = about(np.array([predicted.x, predicted.y]) - spot) @ turned
+    moved = Similarity2(*(spot - (predicted.x, predicted.y)), between.yaw, between.scale).adjoint()
     apart = hops(first)[other.target, chosen.target] + hops(second)[other.source - 3, chosen.source - 3]
     slack = moved @ chosen.covariance @ moved.T + apart * other.covariance
     return other is chosen or agrees(other, predicted, False, slack)

@@ -15,6 +15,19 @@ GROUNDS = (
 )
 
 
+def test_a_misfit_is_a_square_by_both_covariances():
+    rng = np.random.default_rng(0)
+    root, slack_root = rng.standard_normal((2, 4, 4))
+    covariance, slack = root @ root.T + np.eye(4), slack_root @ slack_root.T
+    measured, told = Similarity2(3.0, -2.0, 0.5, 1.2), Similarity2(2.0, -1.5, 0.7, 1.1)
+    table = EdgeTable.of([Edge(0, 1, measured, covariance, 1.0)])
+    off = told.minus(measured)
+    for fixed, unknowns in ((True, 3), (False, 4)):
+        both = (covariance + slack)[:unknowns, :unknowns]
+        expected = off[:unknowns] @ np.linalg.inv(both) @ off[:unknowns]
+        assert table.misfits(Similarity2Array.of([told]), fixed, slack)[0] == pytest.approx(expected)
+
+
 def test_slopes_are_those_of_finite_differences():
     target, source = Similarity2(3.0, -2.0, 0.7, 1.3), Similarity2(-5.0, 4.0, -1.1, 0.8)
 
