@@ -18,8 +18,7 @@ from mapping.ground_truth.footprint_layers import FootprintLayers
 from mapquilt.dataset import group
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, load_spec
-from mapquilt.runs import true_footprints
-from mapquilt.runs import sample
+from mapquilt.runs import sample, true_footprints
 
 FAMILIES = ("office", "warehouse", "hospital", "cave")
 WORK = ("simulating", "sensing", "mapping", "disguising")

@@ -24,11 +24,11 @@ from benchmarks.team_injection.drawn_team import DrawnSettings, draw_team
 from benchmarks.team_injection.trials import InjectionTrial, PoseTrial, injection_trial, pose_trial
 from benchmarks.team_injection.usage import usage
 from mapping.map_set import MapSet
-from mapquilt.cli.merge_options import PRELOADED, workers_for
+from mapquilt.cli.merge_options import PRELOADED, pair_executor
 from mapquilt.cli.tables import plain_table, print_table
 from mapquilt.evaluation.statistics import Share, ratio_of_medians_over_clusters
-from mapquilt.jobs.executor import process_pool
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import process_pool
 from merge.merger import merge_maps
 from worlds.families.registry import make_world
 
@@ -119,7 +119,11 @@ def bench_speed(maps: int = 20, workers: int = 2) -> None:
     drawing = time.perf_counter() - began
     shapes = np.array([grid.cropped().frame.shape for grid in team.grids])
     start = time.perf_counter()
-    with usage() as used, workers_for(maps, workers) as executor, count_progress("merging pairs") as on_progress:
+    with (
+        usage() as used,
+        pair_executor(maps, workers, None) as executor,
+        count_progress("merging pairs") as on_progress,
+    ):
         result = merge_maps(team, on_progress=on_progress, executor=executor)
         seconds = time.perf_counter() - start
     table = plain_table(("", False), ("measured", True), ("asked", True))

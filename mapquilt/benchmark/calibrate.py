@@ -19,8 +19,10 @@ from mapquilt.benchmark.run import run_benchmark
 from mapquilt.benchmark.selection import even_sample
 from mapquilt.benchmark.trial import Trial
 from mapquilt.cli.tables import print_table
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.evaluation.calibration import Calibration, calibration
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import write_record
 from mapquilt.runs.folder import refuse_foreign
 from mapquilt.viz.png import figure_png
@@ -48,7 +50,8 @@ def calibrate(
     method: Annotated[str, typer.Option(help="Method whose answers are judged.")] = "quilt",
     limit: Annotated[int | None, typer.Option(help="Use so many pairs for each of both, chosen evenly.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the choice and of the method.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = 1,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
 ) -> int:
     """Fit the merger's confidence to generated pairs, and check it on worlds that the fit has not seen.
 
@@ -62,8 +65,9 @@ def calibrate(
     elif common := {path.resolve() for path in dataset} & {path.resolve() for path in check_dataset}:
         raise ValueError(f"--check-dataset {min(common)}: is fitted on; leave it out to check on another split")
     refuse_foreign(out, CALIBRATION_FILE)
-    fitted = fit_decision(_trials(dataset, split, method, limit, seed, workers, "to fit on"))
-    seen = _trials(check_dataset, check, method, limit, seed, workers, "to check on")
+    with Runner(chosen_workers(workers, scheduler)) as runner:
+        fitted = fit_decision(_trials(dataset, split, method, limit, seed, runner, "to fit on"))
+        seen = _trials(check_dataset, check, method, limit, seed, runner, "to check on")
     checked = calibration(judged_again(seen, fitted), 0)
     if checked is None:
         raise ValueError(f"{check_dataset[0]}: holds no pair to check on that is not bent")
@@ -85,14 +89,14 @@ def _trials(
     method: str,
     limit: int | None,
     seed: int,
-    workers: int,
+    runner: Runner,
     purpose: str,
 ) -> list[Trial]:
     pairs = [pair for folder in dataset for pair in dataset_pairs(folder, split)]
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
     with count_progress(f"pairs {purpose}") as on_progress:
-        return run_benchmark(pairs, (MergeSettings(method),), seed, workers, on_progress)
+        return run_benchmark(pairs, (MergeSettings(method),), seed, runner, on_progress)
 
 
 def decision_record(fitted: AcceptanceSettings, checked: Calibration) -> dict[str, Any]:

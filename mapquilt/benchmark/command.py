@@ -20,7 +20,9 @@ from mapquilt.benchmark.run import chosen_methods, run_benchmark
 from mapquilt.benchmark.selection import even_sample
 from mapquilt.benchmark.table import calibration_table, terminal_table
 from mapquilt.cli.tables import print_table
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import Runner
 from merge.methods import PROPOSERS, PUBLISHED
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")
@@ -49,7 +51,8 @@ def benchmark(
     ] = "auto",
     limit: Annotated[int | None, typer.Option(help="Run so many pairs, chosen evenly from all strata.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the choice, the methods and the intervals.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes at work; more than one disturb the times.")] = 1,
+    workers: WorkersOption = 1,
+    scheduler: SchedulerOption = None,
     pictures: Annotated[
         int | None,
         typer.Option(min=0, help="Most pairs a method to draw, wrong and refused ones first; default: every pair."),
@@ -64,8 +67,8 @@ def benchmark(
     )
     claim_folder(out)
     chosen = _chosen_pairs(pairs or (), dataset or (), split, limit, seed)
-    with count_progress("pairs") as on_progress:
-        trials = run_benchmark(chosen, methods, seed, workers, on_progress)
+    with Runner(chosen_workers(workers, scheduler)) as runner, count_progress("pairs") as on_progress:
+        trials = run_benchmark(chosen, methods, seed, runner, on_progress)
     report = build_report(methods, seed, trials)
     with count_progress("pictures of methods") as on_progress:
         write_folder(out, report, len(trials) if pictures is None else pictures, on_progress)

@@ -7,7 +7,7 @@ from pathlib import Path
 from mapping.io.atomic import folder_aside
 from mapquilt.benchmark.files import SUMMARY_FILE, write_files
 from mapquilt.benchmark.report import Report
-from mapquilt.benchmark.run import Progress
+from mapquilt.jobs.runner import Progress, no_progress
 from mapquilt.runs.folder import refuse_foreign
 from mapquilt.viz.pair_sheet import in_order, sheet_pages
 from mapquilt.viz.png import figure_png
@@ -22,7 +22,7 @@ def claim_folder(out: Path) -> None:
     refuse_foreign(out, SUMMARY_FILE)
 
 
-def write_folder(out: Path, report: Report, pictures: int, on_progress: Progress = lambda done, total: None) -> None:
+def write_folder(out: Path, report: Report, pictures: int, on_progress: Progress = no_progress) -> None:
     """Write tables, records and pictures, whole or not at all; a benchmark of that name is replaced.
 
     At most so many pairs a method are drawn, those that went wrong before the others.

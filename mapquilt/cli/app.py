@@ -18,9 +18,8 @@ from mapquilt.cli.merge_options import (
     FusionOption,
     PriorOption,
     ReferenceOption,
-    WorkersOption,
+    pair_executor,
     parse_priors,
-    workers_for,
 )
 from mapquilt.cli.mission_options import (
     GoalOption,
@@ -35,6 +34,7 @@ from mapquilt.cli.place import open_place
 from mapquilt.cli.scale_options import disguise_ranges, searched_scales
 from mapquilt.cli.sensor_options import chosen_lidar, parse_components
 from mapquilt.cli.tables import merge_table, print_table, score_table
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption
 from mapquilt.cli.worlds_command import Height, PlanResolution, Width, WorldName, worlds_app
 from mapquilt.convert.command import Format
 from mapquilt.convert.command import convert as convert_files
@@ -242,6 +242,7 @@ def merge(
         ),
     ] = None,
     workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[
         Path | None,
@@ -270,7 +271,10 @@ def merge(
         refuse_debug(debug, settings, maps)
     inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
     _warn(inputs.warnings)
-    with workers_for(len(inputs.maps), workers) as executor, count_progress("merging pairs") as on_progress:
+    with (
+        pair_executor(len(inputs.maps), workers, scheduler) as executor,
+        count_progress("merging pairs") as on_progress,
+    ):
         if folder is not None and run_folder.is_run(folder):
             result = merge_run(folder, settings, seed, on_progress, inputs, executor, answers)
         else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -10,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from mapquilt.jobs.executor import process_pool
+from mapquilt.cli.worker_options import chosen_workers
 from mapquilt.numbers import parse_number
 from merge.fusion import FUSIONS
 from merge.records.prior import SIGMA, Prior
@@ -35,10 +34,6 @@ PriorOption = Annotated[
         f"--reference; and how far off it may be [m, default {SIGMA:g}]. Repeatable.",
     ),
 ]
-WorkersOption = Annotated[
-    int | None,
-    typer.Option(min=1, help="Processes that match pairs; default: one a core for more than 6 maps, else none."),
-]
 
 
 def parse_priors(texts: Sequence[str]) -> tuple[Prior, ...]:
@@ -58,14 +53,14 @@ def _parse_prior(text: str) -> Prior:
 
 
 @contextmanager
-def workers_for(maps: int, workers: int | None) -> Iterator[Executor | None]:
-    """Where pairs are matched: in this process where that is quicker, else by so many of their own."""
-    number = workers if workers is not None else (os.cpu_count() or 1 if maps > SERIAL_MAPS else 1)
-    if number == 1:
+def pair_executor(maps: int, workers: int | None, scheduler: str | None) -> Iterator[Executor | None]:
+    """Start the executor that matches pairs, or None where this process is quicker."""
+    chosen = chosen_workers(workers, scheduler, default=1 if maps <= SERIAL_MAPS else None, preload=PRELOADED)
+    if chosen.local:
         yield None
         return
-    pool = process_pool(number, PRELOADED)
+    executor = chosen.executor()
     try:
-        yield pool
+        yield executor
     finally:
-        pool.shutdown(cancel_futures=True)
+        executor.shutdown(cancel_futures=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +9,7 @@ import typer
 
 from mapping.io.atomic import write_bytes_aside
 from mapquilt.cli.tables import print_table
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.dataset.card import draw_figures
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import FAILURES_FILE, make_dataset
@@ -18,8 +18,8 @@ from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
 from mapquilt.dataset.verify import verify_dataset
-from mapquilt.jobs.executor import MakeExecutor, dask_cluster, process_pool
 from mapquilt.jobs.progress import count_progress, dataset_progress
+from mapquilt.jobs.runner import Runner
 from mapquilt.viz.png import figure_png
 
 app = typer.Typer(help="Make, check and list data sets: many samples from one specification.", rich_markup_mode=None)
@@ -46,22 +46,22 @@ def init(
 def make(
     spec: Annotated[str, typer.Argument(metavar="SPEC", help=f"YAML file, or one of {', '.join(READY)}.")],
     out: Annotated[Path, typer.Option(help="Folder of the data set; one that was begun is gone on with.")],
-    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = os.cpu_count() or 1,
-    scheduler: Annotated[
-        str | None, typer.Option(help="Dask scheduler to work on instead, such as tcp://head:8786.")
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
 ) -> int:
     """Make a data set; after an interruption the same call goes on, and the result is the same to the byte.
 
     Status 1 where a sample could not be made; the others are.
     """
     wanted = load_spec(spec)
-    executor: MakeExecutor = lambda: process_pool(workers) if scheduler is None else dask_cluster(scheduler)  # noqa: E731
-    with dataset_progress(plan_dataset(wanted).samples) as on_progress:
+    with (
+        Runner(chosen_workers(workers, scheduler)) as runner,
+        dataset_progress(plan_dataset(wanted).samples) as on_progress,
+    ):
         try:
-            report = make_dataset(wanted, out, executor, workers, on_progress)
+            report = make_dataset(wanted, out, runner, on_progress)
         except KeyboardInterrupt:
-            typer.echo(f"mapquilt: {out} is unfinished; the same command goes on from here", err=True)
+            typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
     if report.failures:
         print_table(f"{out}: {report.samples} samples; {report.failures} failed, see {out / FAILURES_FILE}")

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,14 +14,11 @@ from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER, Group, Made,
 from mapquilt.dataset.manifest import MANIFEST_FILE, build_manifest, read_manifest, write_lines, write_manifest
 from mapquilt.dataset.plan import DatasetPlan, MissionPlan, plan_dataset
 from mapquilt.dataset.spec import DatasetSpec
-from mapquilt.jobs.executor import MakeExecutor, run_all
-from mapquilt.jobs.journal import LOCK_FILE, Journal, locked
+from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
+from mapquilt.jobs.runner import Progress, Runner, no_progress
 
 SPEC_FILE = "spec.json"
 FAILURES_FILE = "failures.jsonl"
-
-Progress = Callable[[int, int], None]
-"""Called with how many samples are done and how many failed."""
 
 
 @dataclass(frozen=True)
@@ -34,52 +29,37 @@ class Report:
     failures: int
 
 
-def make_dataset(
-    spec: DatasetSpec,
-    out: Path,
-    make_executor: MakeExecutor,
-    workers: int,
-    on_progress: Progress = lambda done, failed: None,
-) -> Report:
-    """Make a data set in a folder, or go on with one that was begun.
+def make_dataset(spec: DatasetSpec, out: Path, runner: Runner, on_progress: Progress = no_progress) -> Report:
+    """Make a data set in a folder, or continue one that was begun.
 
-    Groups of samples appear whole, and a synced journal says which are done; the manifest is written last, in order.
-    Raises ``ValueError`` where the folder holds anything else, another specification, or another process at work,
-    ``OSError`` where it cannot be written; what was finished stays, and the same call goes on from there.
+    Groups of samples appear whole, and a synced journal lists the finished ones; the manifest is written last, in
+    order. Raises ``ValueError`` if the folder holds anything else, another specification, or another process works in
+    it, ``OSError`` if it cannot be written; what is finished stays, and the same call continues from there.
     """
     plan = plan_dataset(spec)
-    _claim(out, spec)
-    with locked(out):
+    with job_folder(out, "data set of mapquilt", SPEC_FILE, spec.model_dump_json(indent=2) + "\n"):
         if (out / MANIFEST_FILE).exists():
             manifest = read_manifest(out)
             return Report(len(manifest.samples), plan.samples - len(manifest.samples))
-        _clear_leftovers(out)
-        journal = Journal(out)
-        entries = {entry["group"]: entry for entry in journal.entries() if _is_whole(out, entry)}
-        _go_on(plan, out, journal, entries, make_executor, workers, on_progress)
+        journal = Journal[MissionPlan](out / JOURNAL_FILE, lambda mission: str(mission.index))
+        entries = journal.run(
+            runner,
+            make_group,
+            plan.missions,
+            lambda mission, result: _keep(out, mission, result),
+            lambda entry: _is_whole(out, entry),
+            lambda entries: on_progress(*_counts(entries)),
+        )
         return _finish(spec, plan, out, journal, entries)
 
 
-def _claim(out: Path, spec: DatasetSpec) -> None:
-    text = spec.model_dump_json(indent=2) + "\n"
-    path = out / SPEC_FILE
-    if path.exists():
-        if path.read_text(encoding="utf-8") != text:
-            raise ValueError(f"{out}: holds a data set of another specification; name another folder")
-        return
-    if out.exists() and any(child.name != LOCK_FILE for child in out.iterdir()):
-        raise ValueError(f"{out}: is not empty and not a data set of mapquilt; refusing to write into it")
-    out.mkdir(parents=True, exist_ok=True)
-    write_bytes_aside(path, text.encode())
+def _counts(entries: Sequence[Entry]) -> tuple[int, int]:
+    """Count samples and failures."""
+    records = (record for entry in entries for record in entry["records"])
+    return sum(record["kind"] == "sample" for record in records), sum(len(entry["failures"]) for entry in entries)
 
 
-def _clear_leftovers(out: Path) -> None:
-    """Take away what a killed process left half-written; the lock is held, so nobody is writing it."""
-    for path in [*out.glob(".*.part"), *out.glob("*/.*.part"), *out.glob("*/.*.old")]:
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-
-
-def _is_whole(out: Path, entry: dict[str, Any]) -> bool:
+def _is_whole(out: Path, entry: Entry) -> bool:
     return all(
         (folder / path).is_file() and hashlib.sha256((folder / path).read_bytes()).hexdigest() == digest
         for record in entry["records"]
@@ -93,32 +73,8 @@ def _folder(out: Path, record: dict[str, Any]) -> Path:
     return out / {"mission": MISSIONS_FOLDER, "sample": SAMPLES_FOLDER}[kind] / str(record[kind])
 
 
-def _go_on(
-    plan: DatasetPlan,
-    out: Path,
-    journal: Journal,
-    entries: dict[int, dict[str, Any]],
-    make_executor: MakeExecutor,
-    workers: int,
-    on_progress: Progress,
-) -> None:
-    def tell() -> None:
-        failed = sum(len(entry["failures"]) for entry in entries.values())
-        records = (record for entry in entries.values() for record in entry["records"])
-        on_progress(sum(record["kind"] == "sample" for record in records), failed)
-
-    tell()
-    missing = [mission for mission in plan.missions if mission.index not in entries]
-    with closing(run_all(make_executor, make_group, missing, workers)) as results:
-        for mission, result in results:
-            entry = _keep(out, mission, result)
-            journal.add(entry)
-            entries[mission.index] = entry
-            tell()
-
-
-def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> dict[str, Any]:
-    """Write a group's folders, each aside and renamed, and say what there is of it."""
+def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> Entry:
+    """Write the folders of a group, each whole or not at all, and return the group's entry."""
     if isinstance(result, OSError | MemoryError):
         raise result  # the machine's fault, not the sample's: to be tried again
     if isinstance(result, BaseException):
@@ -134,7 +90,7 @@ def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> dic
         for sample in mission.samples
         if result.samples[sample.index].failure is not None
     ]
-    return {"group": mission.index, "records": records, "failures": failures}
+    return {"records": records, "failures": failures}
 
 
 def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
@@ -145,13 +101,12 @@ def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
 
 
 def _finish(
-    spec: DatasetSpec, plan: DatasetPlan, out: Path, journal: Journal, entries: dict[int, dict[str, Any]]
+    spec: DatasetSpec, plan: DatasetPlan, out: Path, journal: Journal[MissionPlan], entries: Sequence[Entry]
 ) -> Report:
-    in_order = [entries[mission.index] for mission in plan.missions]
-    failures = [failure for entry in in_order for failure in entry["failures"]]
+    failures = [failure for entry in entries for failure in entry["failures"]]
     if failures:
         write_lines(out / FAILURES_FILE, failures)
-    manifest = build_manifest(spec, plan, [record for entry in in_order for record in entry["records"]])
+    manifest = build_manifest(spec, plan, [record for entry in entries for record in entry["records"]])
     write_card(out, spec, manifest, len(failures))
     write_manifest(out, manifest)
     journal.remove()

@@ -1,58 +1,113 @@
-"""What of a data set is done already, kept on disk while it is being made."""
+"""Resumable jobs: a folder that one process holds, and a journal of the tasks that are finished."""
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from mapping.io.atomic import naming
+from filelock import FileLock, Timeout
+
+from mapping.io.atomic import naming, write_bytes_aside
 from mapping.io.safe_load import json_value
+from mapquilt.jobs.runner import Runner
 
 LOCK_FILE = ".lock"
 JOURNAL_FILE = ".journal.jsonl"
 
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+Entry = dict[str, Any]
+
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold the folder for this process alone. The lock dies with the process.
+def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> Iterator[None]:
+    """Hold a folder for one job: a new or empty one, or one in which the same job was begun.
 
-    Raises ``ValueError`` where another process holds it.
+    ``settings_file`` holds ``settings``, the text that identifies the job, and marks the folder as ours; ``kind`` is
+    what messages call it, such as ``data set``. Half-written files of a killed process are removed. The lock dies with
+    the process.
+
+    Raises ``ValueError`` if the folder holds anything else, a job with other settings, or another process works in it.
     """
-    with (folder / LOCK_FILE).open("a") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ValueError(f"{folder}: another mapquilt is writing into it") from None
-        yield
+    path = folder / settings_file
+    if path.exists():
+        if path.read_text(encoding="utf-8") != settings:
+            raise ValueError(f"{folder}: holds a {kind} with other settings; choose another folder")
+    else:
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"{folder}: exists and is not a folder")
+        if folder.exists() and any(child.name != LOCK_FILE for child in folder.iterdir()):
+            raise ValueError(f"{folder}: is not empty and not a {kind}; refusing to write into it")
+        folder.mkdir(parents=True, exist_ok=True)
+        write_bytes_aside(path, settings.encode())
+    try:
+        with FileLock(folder / LOCK_FILE, timeout=0):
+            for leftover in [*folder.glob(".*.part"), *folder.glob("*/.*.part"), *folder.glob("*/.*.old")]:
+                shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+            yield
+    except Timeout:
+        raise ValueError(f"{folder}: another mapquilt process is writing into it; wait until it ends") from None
 
 
-class Journal:
-    """One line of JSON for each finished group, forced to the disk before the next begins."""
+class Journal(Generic[Task]):
+    """Append one line of JSON per finished task, forced to the disk before the next one begins.
 
-    def __init__(self, folder: Path, name: str = JOURNAL_FILE) -> None:
-        self.path = folder / name
+    ``key`` names a task; its entry holds the name under ``"task"``.
+    """
 
-    def entries(self) -> list[dict[str, Any]]:
-        """The finished groups; a last line that a kill cut off is dropped from the file."""
+    def __init__(self, path: Path, key: Callable[[Task], str]) -> None:
+        self.path = path
+        self.key = key
+
+    def entries(self) -> dict[str, Entry]:
+        """Read the entries by task. A last line that a kill cut short is removed from the file."""
         if not self.path.exists():
-            return []
+            return {}
         data = self.path.read_bytes()
         whole = data[: data.rfind(b"\n") + 1]
         if len(whole) < len(data):
             with self.path.open("r+b") as file:
                 file.truncate(len(whole))
-        return [json_value(line, str(self.path)) for line in whole.splitlines()]
+        entries = [json_value(line, str(self.path)) for line in whole.splitlines()]
+        return {str(entry["task"]): entry for entry in entries}
 
-    def add(self, entry: dict[str, Any]) -> None:
+    def run(
+        self,
+        runner: Runner,
+        function: Callable[[Task], Result],
+        tasks: Sequence[Task],
+        keep: Callable[[Task, Result | BaseException], Entry],
+        is_whole: Callable[[Entry], bool] = lambda entry: True,
+        on_entries: Callable[[Sequence[Entry]], None] = lambda entries: None,
+    ) -> list[Entry]:
+        """Run the tasks that have no entry yet, and return the entries of all tasks in their order.
+
+        ``keep`` stores a result, or the error that a task raised, and returns its entry. A task whose entry is not
+        ``is_whole``, because a file was damaged or deleted, runs again. ``on_entries`` sees all entries so far.
+        """
+        found = {name: entry for name, entry in self.entries().items() if is_whole(entry)}
+        done = {self.key(task): found[self.key(task)] for task in tasks if self.key(task) in found}
+        on_entries(list(done.values()))
+        missing = [task for task in tasks if self.key(task) not in done]
+        with closing(runner.completed(function, missing)) as results:
+            for task, result in results:
+                entry = {"task": self.key(task), **keep(task, result)}
+                self._append(entry)
+                done[self.key(task)] = entry
+                on_entries(list(done.values()))
+        return [done[self.key(task)] for task in tasks]
+
+    def _append(self, entry: Entry) -> None:
         with naming(self.path), self.path.open("ab") as file:
             file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
             file.flush()
             os.fsync(file.fileno())
 
     def remove(self) -> None:
+        """Delete the journal."""
         self.path.unlink(missing_ok=True)

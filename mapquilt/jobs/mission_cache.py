@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import fcntl
 import hashlib
 import json
 import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
+
+from filelock import FileLock
 
 from mapping.io.atomic import folder_aside, write_bytes_aside
 from mapping.io.safe_load import read_json
@@ -58,7 +57,7 @@ class MissionCache:
         """The mission of ``simulate``, which raises as it does; replays are not kept."""
         key = mission_key(world, settings, seed, clear_range)
         entry = self.folder / f"{re.sub('[^A-Za-z0-9_]', '_', world.name)[:60]}-{seed}-{key[:16]}"
-        with _locked(self.folder / f".{entry.name}.lock"):
+        with FileLock(self.folder / f".{entry.name}.lock"):
             trouble = _trouble(entry) if entry.exists() else None
             if entry.exists() and trouble is None:
                 return CachedMission(load_mission(entry), found=True)
@@ -86,9 +85,15 @@ def mission_key(world: World, settings: MissionSettings, seed: int, clear_range:
 def _code() -> str:
     digest = hashlib.sha256(version("pybullet").encode())
     for room in ROOMS:
-        for file in sorted(resources.files(room).iterdir(), key=lambda file: file.name):
-            if file.name.endswith(".py"):
-                digest.update(file.name.encode() + file.read_bytes())
+        digest.update(code_digest(Path(str(resources.files(room)))).encode())
+    return digest.hexdigest()
+
+
+def code_digest(folder: Path) -> str:
+    """Hash the names and contents of all Python files below a folder."""
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 
 
@@ -105,14 +110,6 @@ def _claim(folder: Path) -> None:
         write_bytes_aside(mark, to_text({"schema": SCHEMA}).encode())
     elif read_json(mark) != {"schema": SCHEMA}:
         raise ValueError(f"{mark}: is not the mark of a {SCHEMA}")
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Wait for the entry. The lock dies with the process."""
-    with path.open("a") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
 
 
 def _trouble(entry: Path) -> str | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -10,8 +9,9 @@ import typer
 
 from mapping.io.atomic import write_files_aside
 from mapquilt.cli.tables import print_table
-from mapquilt.jobs.executor import MakeExecutor, dask_cluster, process_pool
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import Runner
 from mapquilt.study.folder import StudyRun, run_study
 from mapquilt.study.plan import Method, plan_study
 from mapquilt.study.plots import study_figures
@@ -53,10 +53,8 @@ def study(
     cache: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Keep simulated missions here, for this study and others.")
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = os.cpu_count() or 1,
-    scheduler: Annotated[
-        str | None, typer.Option(help="Dask scheduler to work on instead, such as tcp://head:8786.")
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
 ) -> int:
     """Sweep a setting through its values on the same missions: shares with intervals, errors, quality, time.
 
@@ -67,12 +65,11 @@ def study(
         sweep, vary or (), fixed or (), _methods(method or DEFAULT_METHODS, as_published), world or ("office",),
         missions, seed, min_overlap,
     )  # fmt: skip
-    executor: MakeExecutor = lambda: process_pool(workers) if scheduler is None else dask_cluster(scheduler)  # noqa: E731
-    with count_progress("missions") as on_progress:
+    with Runner(chosen_workers(workers, scheduler)) as runner, count_progress("missions") as on_progress:
         try:
-            found = run_study(plan, out, None if cache is None else cache.resolve(), executor, workers, on_progress)
+            found = run_study(plan, out, None if cache is None else cache.resolve(), runner, on_progress)
         except KeyboardInterrupt:
-            typer.echo(f"mapquilt: {out} is unfinished; the same command goes on from here", err=True)
+            typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
     figures = study_figures(found.results)
     write_files_aside({out / f"{name}.png": figure_png(figure) for name, figure in figures.items()})

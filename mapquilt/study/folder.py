@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import folder_aside, write_bytes_aside, write_files_aside
 from mapping.io.safe_load import read_json
-from mapquilt.jobs.executor import MakeExecutor, run_all
-from mapquilt.jobs.journal import LOCK_FILE, Journal, locked
+from mapquilt.jobs.journal import Entry, Journal, job_folder
+from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record, to_text
-from mapquilt.runs.folder import refuse_foreign
 from mapquilt.study.files import table_files
 from mapquilt.study.plan import MissionTask, StudyPlan
 from mapquilt.study.record import plan_from_record, trials_from_record, trials_record
@@ -24,9 +20,6 @@ from mapquilt.study.trial import Failure, MissionTrials, run_mission
 
 PLAN_FILE, TRIALS_FILE, MAPS_FOLDER = "plan.json", ".trials.jsonl", "maps"
 PLAN_SCHEMA = "mapquilt-plan/1"
-
-Progress = Callable[[int, int], None]
-"""Called with how many missions are done, of how many."""
 
 
 @dataclass(frozen=True)
@@ -38,52 +31,32 @@ class StudyRun:
 
 
 def run_study(
-    plan: StudyPlan,
-    out: Path,
-    cache: Path | None,
-    make_executor: MakeExecutor,
-    workers: int,
-    on_progress: Progress = lambda done, total: None,
+    plan: StudyPlan, out: Path, cache: Path | None, runner: Runner, on_progress: Progress = no_progress
 ) -> StudyRun:
-    """Run a study in a folder, or go on with one that was begun; what is finished already is only counted again.
+    """Run a study in a folder, or continue one that was begun; finished missions are only counted again.
 
-    Each mission's maps appear whole, and a synced journal says which missions are done. Raises ``ValueError`` where
-    the folder holds anything else, another study, or another process at work, ``OSError`` where it cannot be written.
+    The maps of a mission appear whole, and a synced journal lists the finished missions. Raises ``ValueError`` if the
+    folder holds anything else, another study, or another process works in it, ``OSError`` if it cannot be written.
     """
-    _claim(out, plan)
     tasks = plan.tasks(cache)
     warnings: list[str] = []
-    with locked(out):
-        for leftover in (*out.glob(".*.part"), *(out / MAPS_FOLDER).glob(".*.part")):
-            shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
-        journal = Journal(out, TRIALS_FILE)
-        done = {int(entry["mission"]) for entry in journal.entries()}
-        on_progress(len(done), len(tasks))
-        missing = [task for task in tasks if task.index not in done]
-        with closing(run_all(make_executor, run_mission, missing, workers)) as results:
-            for task, result in results:
-                trials = _kept(out, task, result)
-                warnings += trials.warnings
-                journal.add(trials_record(task.index, trials))
-                done.add(task.index)
-                on_progress(len(done), len(tasks))
+
+    def keep(task: MissionTask, result: MissionTrials | BaseException) -> Entry:
+        trials = _kept(out, task, result)
+        warnings.extend(trials.warnings)
+        return trials_record(trials)
+
+    with job_folder(out, "study of mapquilt", PLAN_FILE, to_text(_plan_record(plan))):
+        _journal(out).run(
+            runner, run_mission, tasks, keep, on_entries=lambda entries: on_progress(len(entries), len(tasks))
+        )
         found = load_results(out)
         write_files_aside(table_files(out, found))
     return StudyRun(found, tuple(warnings))
 
 
-def _claim(out: Path, plan: StudyPlan) -> None:
-    text = to_text(_plan_record(plan))
-    path = out / PLAN_FILE
-    if path.exists():
-        if path.read_text(encoding="utf-8") != text:
-            raise ValueError(f"{out}: holds a study of other settings; name another folder")
-        return
-    if out.is_dir() and {child.name for child in out.iterdir()} <= {LOCK_FILE}:
-        (out / LOCK_FILE).unlink(missing_ok=True)
-    refuse_foreign(out, PLAN_FILE)
-    out.mkdir(parents=True, exist_ok=True)
-    write_bytes_aside(path, text.encode())
+def _journal(folder: Path) -> Journal[MissionTask]:
+    return Journal(folder / TRIALS_FILE, lambda task: str(task.index))
 
 
 def _plan_record(plan: StudyPlan) -> dict[str, Any]:
@@ -116,7 +89,7 @@ def load_results(folder: Path) -> StudyResults:
     record = read_json(path)
     check_record(path, "plan", record)
     plan = plan_from_record(record)
-    entries = sorted(Journal(folder, TRIALS_FILE).entries(), key=lambda entry: int(entry["mission"]))
+    entries = [entry for _, entry in sorted(_journal(folder).entries().items(), key=lambda item: int(item[0]))]
     try:
         missions = [trials_from_record(entry) for entry in entries]
     except (KeyError, TypeError) as error:

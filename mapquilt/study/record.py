@@ -23,10 +23,9 @@ def plan_from_record(record: dict[str, Any]) -> StudyPlan:
     )
 
 
-def trials_record(index: int, trials: MissionTrials) -> dict[str, Any]:
+def trials_record(trials: MissionTrials) -> dict[str, Any]:
     """One mission's trials; its maps are files of their own."""
     return {
-        "mission": index,
         "pairs": [dataclasses.asdict(one) for one in trials.pairs],
         "teams": [dataclasses.asdict(one) for one in trials.teams],
         "failures": [dataclasses.asdict(one) for one in trials.failures],

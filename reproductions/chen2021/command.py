@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 
 from mapquilt.cli.tables import print_table
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import Runner
 from reproductions.chen2021.files import TABLE_FILE, write_study
 from reproductions.chen2021.make import StudySpec, make_study
 from reproductions.chen2021.methods import study_methods
@@ -26,7 +28,8 @@ def thesis(
             help=f"Only these: {', '.join(each.title for each in study_methods())}. Repeatable; default: all of them."
         ),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = 2,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
 ) -> int:
     """Reproduce chapters 3 to 6 of Chen (2021): tables, with the thesis's own values beside, and pictures.
 
@@ -34,8 +37,11 @@ def thesis(
     docs/thesis.md.
     """
     spec = StudySpec(seeds) if method is None else StudySpec(seeds, tuple(method))
-    with count_progress("missions with all their answers") as on_progress:
-        study = make_study(spec, out, workers, on_progress)
+    with (
+        Runner(chosen_workers(workers, scheduler)) as runner,
+        count_progress("missions with all their answers") as on_progress,
+    ):
+        study = make_study(spec, out, runner, on_progress)
     counted = tallies(study, true_overlaps(out, spec.seeds))
     with count_progress("pictures") as on_progress:
         write_study(out, study, counted, on_progress)

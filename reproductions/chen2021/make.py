@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from mapping.io.atomic import write_bytes_aside
-from mapquilt.jobs.executor import process_pool, run_all
-from mapquilt.jobs.journal import LOCK_FILE, Journal, locked
+from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
+from mapquilt.jobs.runner import Progress, Runner, no_progress
 from reproductions.chen2021.answers import StudyAnswer, answers_of
 from reproductions.chen2021.cases import PLACES, Place
 from reproductions.chen2021.map_store import maps_bytes, read_maps
@@ -23,9 +20,6 @@ SPEC_FILE = "thesis.json"
 SPEC_TEXT = '{"schema": "mapquilt-thesis/1"}\n'
 MAPS_FOLDER = "maps"
 MOST_SEEDS = 1000
-
-Progress = Callable[[int, int], None]
-"""Called with how many pieces of work are done, of how many."""
 
 
 @dataclass(frozen=True)
@@ -83,33 +77,36 @@ def run_task(task: Task) -> Done:
     return Done(tuple(answers_of(task.place, maps, method_named(task.method), task.seed)))
 
 
-def make_study(spec: StudySpec, out: Path, workers: int, on_progress: Progress = lambda done, total: None) -> Study:
-    """Run what a journal in the folder does not know yet: missions first, then method after method, the longest work
-    first, so that no worker is left without while another still has much.
+def make_study(spec: StudySpec, out: Path, runner: Runner, on_progress: Progress = no_progress) -> Study:
+    """Run the missions, then method after method, and skip what the journal in the folder lists already.
 
-    A study that was run with fewer seeds or other methods goes on with what is missing. Raises ``ValueError`` where
-    the folder holds anything else or another process is at work, ``OSError`` where it cannot be written. What was
-    finished stays.
+    The longest tasks run first, so that no worker idles at the end. A study that ran with fewer seeds or other methods
+    continues with what is missing. Raises ``ValueError`` if the folder holds anything else or another process works in
+    it, ``OSError`` if it cannot be written. What is finished stays.
     """
-    _claim(out)
     places = [(place, seed) for seed in range(spec.seeds) for place in PLACES]
     missions = [Task(place, seed, maps_file(out, place, seed)) for place, seed in places]
     matches = [replace(task, method=method) for method in spec.methods for task in missions]
     total = len(missions) + len(matches)
-    with locked(out):
+    journal = Journal[Task](out / JOURNAL_FILE, lambda task: task.name)
+
+    def run(tasks: Sequence[Task], others: Sequence[Task]) -> dict[str, Entry]:
+        known = journal.entries()
+        before = sum(task.name in known for task in others)
+        entries = journal.run(
+            runner,
+            run_task,
+            longest_first(tasks),
+            _keep,
+            lambda entry: _is_whole(out, entry),
+            lambda entries: on_progress(before + len(entries), total),
+        )
+        return {entry["task"]: entry for entry in entries}
+
+    with job_folder(out, "study of Chen (2021)", SPEC_FILE, SPEC_TEXT):
         (out / MAPS_FOLDER).mkdir(exist_ok=True)
-        journal = Journal(out)
-        done = {entry["task"]: entry for entry in journal.entries() if _is_whole(out, entry)}
-
-        def tell() -> None:
-            on_progress(sum(task.name in done for task in missions + matches), total)
-
-        tell()
-        for stage in (missions, matches):
-            waiting = [task for task in longest_first(stage) if task.name not in done]
-            for task, result in _results(waiting, workers):
-                done[task.name] = _keep(journal, task, result)
-                tell()
+        run(missions, matches)
+        done = run(matches, missions)
     return _study(spec, [done[task.name] for task in matches])
 
 
@@ -133,48 +130,25 @@ def maps_file(out: Path, place: Place, seed: int) -> Path:
     return out / MAPS_FOLDER / f"{place}-{seed:03d}.npz"
 
 
-def _claim(out: Path) -> None:
-    path = out / SPEC_FILE
-    if path.exists():
-        if path.read_text(encoding="utf-8") != SPEC_TEXT:
-            raise ValueError(f"{path}: is not of a thesis study of this version; name another folder")
-        return
-    if out.exists() and (not out.is_dir() or any(child.name != LOCK_FILE for child in out.iterdir())):
-        raise ValueError(f"{out}: is not empty and no thesis study of mapquilt; refusing to write into it")
-    out.mkdir(parents=True, exist_ok=True)
-    write_bytes_aside(path, SPEC_TEXT.encode())
-
-
-def _results(tasks: list[Task], workers: int) -> Iterator[tuple[Task, Done]]:
-    if workers == 1 or len(tasks) < 2:
-        yield from ((task, run_task(task)) for task in tasks)
-        return
-    with closing(run_all(partial(process_pool, workers), run_task, tasks, workers)) as results:
-        for task, done in results:
-            if isinstance(done, BaseException):
-                raise done
-            yield task, done
-
-
-def _keep(journal: Journal, task: Task, done: Done) -> dict[str, Any]:
-    entry: dict[str, Any] = {"task": task.name}
+def _keep(task: Task, done: Done | BaseException) -> Entry:
+    if isinstance(done, BaseException):
+        raise done
     if done.maps is not None:
         write_bytes_aside(task.maps, done.maps)
-        entry |= {"file": task.maps.name, "sha256": hashlib.sha256(done.maps).hexdigest()}
-    else:
-        entry["answers"] = [answer.record() for answer, _ in done.answers]
-        entry["seconds"] = [seconds for _, seconds in done.answers]
-    journal.add(entry)
-    return entry
+        return {"file": task.maps.name, "sha256": hashlib.sha256(done.maps).hexdigest()}
+    return {
+        "answers": [answer.record() for answer, _ in done.answers],
+        "seconds": [seconds for _, seconds in done.answers],
+    }
 
 
-def _is_whole(out: Path, entry: dict[str, Any]) -> bool:
+def _is_whole(out: Path, entry: Entry) -> bool:
     if "file" not in entry:
         return True
     path = out / MAPS_FOLDER / entry["file"]
     return path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == str(entry["sha256"])
 
 
-def _study(spec: StudySpec, entries: list[dict[str, Any]]) -> Study:
+def _study(spec: StudySpec, entries: list[Entry]) -> Study:
     answers = [StudyAnswer.from_record(record) for entry in entries for record in entry["answers"]]
     return Study(spec, tuple(answers), tuple(seconds for entry in entries for seconds in entry["seconds"]))

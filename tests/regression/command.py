@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import typer
 
 from mapquilt.cli.tables import plain_table, print_table
-from mapquilt.jobs.executor import process_pool, run_all
+from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import Runner, Workers
 from tests.regression.compare import FAILING, HEADINGS, Change, compare
 from tests.regression.golden import Verdicts, read_golden, write_golden
 from tests.regression.pairs import all_pairs, family_samples
@@ -24,15 +23,13 @@ from worlds.families.registry import FAMILIES
 OUTCOMES = ("right", "missed", "wrong", "rightly refused")
 WORST_FIRST = list(HEADINGS)
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
-
 
 def regression(
     golden: Annotated[Path, typer.Option(help="Folder of the golden files.")] = Path("tests/golden"),
     update: Annotated[bool, typer.Option("--update", help="Rewrite the golden files with what is now.")] = False,
     family: Annotated[list[str] | None, typer.Option(help="Of these families alone. Repeatable.")] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes at work.")] = os.cpu_count() or 1,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
 ) -> int:
     """Generate the fixed pairs afresh, merge them by the default method, and compare with the golden files.
 
@@ -44,7 +41,7 @@ def regression(
     before = {name: found for name, found in read_golden(golden).items() if name in chosen or not family}
     if not before and not update:
         raise ValueError(f"{golden}: holds no golden file; make regression-update writes them")
-    now = _run(chosen, workers, with_others=not family)
+    now = _run(chosen, chosen_workers(workers, scheduler), with_others=not family)
     if family:
         before = {name: {key: one for key, one in found.items() if key in now[name]} for name, found in before.items()}
     changes = [
@@ -72,27 +69,17 @@ def _families(given: Sequence[str] | None) -> list[str]:
     return [name for name in FAMILIES if not given or name in given]
 
 
-def _run(families: Sequence[str], workers: int, with_others: bool) -> Verdicts:
-    samples = dict(_all("missions", family_samples, families, workers))
-    pairs = [pair for pair in all_pairs(samples) if with_others or pair.truth is not None]
-    by_pair = {id(pair): found for pair, found in _all("merges", verdict, pairs, workers)}
-    return {family: {pair.name: by_pair[id(pair)] for pair in pairs if pair.family == family} for family in families}
-
-
-def _all(
-    what: str, function: Callable[[Task], Result], tasks: Sequence[Task], workers: int
-) -> list[tuple[Task, Result]]:
-    done = []
-    with (
-        count_progress(what) as on_progress,
-        closing(run_all(lambda: process_pool(workers), function, tasks, workers)) as results,
-    ):
-        for task, result in results:
-            if isinstance(result, BaseException):
-                raise result
-            done.append((task, result))
-            on_progress(len(done), len(tasks))
-    return done
+def _run(families: Sequence[str], workers: Workers, with_others: bool) -> Verdicts:
+    with Runner(workers) as runner:
+        with count_progress("missions") as on_progress:
+            samples = dict(zip(families, runner.run(family_samples, families, on_progress), strict=True))
+        pairs = [pair for pair in all_pairs(samples) if with_others or pair.truth is not None]
+        with count_progress("merges") as on_progress:
+            found = runner.run(verdict, pairs, on_progress)
+    return {
+        family: {pair.name: one for pair, one in zip(pairs, found, strict=True) if pair.family == family}
+        for family in families
+    }
 
 
 def _print(

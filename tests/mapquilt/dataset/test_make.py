@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from mapquilt.dataset import group
 from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
-from mapquilt.jobs.journal import locked
+from mapquilt.jobs.journal import job_folder
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import heed_interrupts, refused
 
@@ -78,7 +79,7 @@ def test_any_cut_of_the_journal_and_any_lost_sample_ends_the_same(tiny, spec_fil
     manifest = read_manifest(tiny)
     lines = [
         {
-            "group": index,
+            "task": str(index),
             "records": [record for record in (*manifest.missions, *manifest.samples) if record["mission"] == name],
             "failures": [],
         }
@@ -109,7 +110,7 @@ def test_an_interrupt_says_how_to_go_on(spec_file, tmp_path):
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert b"goes on" in errors
+    assert b"continues" in errors
     assert b"Traceback" not in errors
 
 
@@ -121,7 +122,7 @@ def test_a_sample_is_made_again_alone_bit_for_bit(tiny, tmp_path):
 def test_another_specification_or_a_foreign_folder_is_refused(tiny, spec_file, tmp_path, capsys):
     other = tmp_path / "other.yaml"
     other.write_text(spec_file.read_text().replace("seed: 5", "seed: 6"))
-    assert "another specification" in refused(capsys, "dataset", "make", other, "--out", tiny)
+    assert "other settings" in refused(capsys, "dataset", "make", other, "--out", tiny)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/thesis.tex").touch()
     assert "not empty" in refused(capsys, "dataset", "make", other, "--out", tmp_path / "mine")
@@ -139,15 +140,19 @@ def test_two_at_once_in_one_folder_are_refused(spec_file, tmp_path, capsys):
 
 
 def test_the_lock_dies_with_its_holder(tmp_path):
-    hold = "import sys, time; from pathlib import Path; from mapquilt.jobs.journal import locked\n"
-    hold += "with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(600)"
+    hold = "import sys, time; from pathlib import Path; from mapquilt.jobs.journal import job_folder\n"
+    hold += "with job_folder(Path(sys.argv[1]), 'job', 'mark', ''): print('held', flush=True); time.sleep(600)"
+
+    def held() -> AbstractContextManager[None]:
+        return job_folder(tmp_path, "job", "mark", "")
+
     process = subprocess.Popen([sys.executable, "-c", hold, str(tmp_path)], stdout=subprocess.PIPE)
     assert process.stdout.readline() == b"held\n"
-    with pytest.raises(ValueError, match="another mapquilt"), locked(tmp_path):
+    with pytest.raises(ValueError, match="another mapquilt"), held():
         pass
     process.kill()
     process.communicate()
-    with locked(tmp_path), pytest.raises(ValueError, match="another mapquilt"), locked(tmp_path):
+    with held(), pytest.raises(ValueError, match="another mapquilt"), held():
         pass
 
 

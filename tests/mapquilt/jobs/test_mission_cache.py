@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mapquilt.jobs.mission_cache as cache_module
-from mapquilt.jobs.mission_cache import MissionCache, mission_key
+from mapquilt.jobs.mission_cache import ROOMS, MissionCache, code_digest, mission_key
 from sim.mission.mission import Mission, simulate
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
@@ -122,3 +122,20 @@ def test_what_is_no_cache_is_refused(tmp_path):
     (other / "cache.json").write_text('{"schema": "pip"}')
     with pytest.raises(ValueError, match="is not the mark"):
         MissionCache(other)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_an_edit_anywhere_below_a_room_changes_the_key(room, tmp_path):
+    """A mission simulated by older code is another mission, however deep the edited file lies."""
+    copy = shutil.copytree(Path(__file__).parents[3] / room, tmp_path / room)
+    before = code_digest(copy)
+    files = sorted(copy.rglob("*.py"))
+    assert any(len(file.relative_to(copy).parts) > 1 for file in files)
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text + "\n", encoding="utf-8")
+        assert code_digest(copy) != before, file
+        file.write_text(text, encoding="utf-8")
+    assert code_digest(copy) == before
+    (copy / "moved.py").write_bytes(files[-1].read_bytes())
+    assert code_digest(copy) != before

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from mapquilt.jobs.runner import Runner
 from mapquilt.study.folder import run_study
 from mapquilt.study.plan import Method, StudyPlan, plan_study
 from mapquilt.study.results import StudyResults
@@ -22,12 +23,14 @@ def plan(
     return plan_study(None, vary, fixed, [Method(name) for name in methods], **told)
 
 
-def threads() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(1)
+def thread() -> Runner:
+    """A runner of one thread: what a test patches in this process holds there too."""
+    return Runner(start=lambda: ThreadPoolExecutor(1))
 
 
 def run(plan: StudyPlan, out: Path, cache: Path | None = None) -> StudyResults:
-    return run_study(plan, out, cache, threads, 1).results
+    with thread() as runner:
+        return run_study(plan, out, cache, runner).results
 
 
 @pytest.fixture(scope="session")

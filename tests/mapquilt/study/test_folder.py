@@ -11,10 +11,10 @@ import pytest
 from distributed import LocalCluster
 
 import mapquilt.study.folder as folder_module
-from mapquilt.jobs.executor import dask_cluster
+from mapquilt.jobs.runner import Runner, Workers
 from mapquilt.study.folder import TRIALS_FILE, load_results, run_study
 from tests.conftest import command, hashes
-from tests.mapquilt.study.conftest import plan, run, threads
+from tests.mapquilt.study.conftest import plan, run, thread
 
 TIMES = ("timings.json", "timings.csv", TRIALS_FILE)
 
@@ -62,14 +62,18 @@ def test_what_is_done_is_not_done_again(tiny_study, tmp_path, monkeypatch):
 
 
 def test_a_cluster_finds_the_same(tiny_study, tmp_path):
-    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
-        run_study(plan("noise=0,3"), tmp_path / "there", None, lambda: dask_cluster(cluster.scheduler_address), 1)
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        Runner(Workers(scheduler=cluster.scheduler_address)) as runner,
+    ):
+        run_study(plan("noise=0,3"), tmp_path / "there", None, runner)
     assert hashes(tmp_path / "there", but=TIMES) == hashes(tiny_study, but=TIMES)
 
 
 def test_a_mission_that_fails_is_told_and_the_others_go_on(tmp_path):
     blind = plan("lidar.dropout=0,1", missions=1, methods=("orb",))
-    found = run_study(blind, tmp_path / "lost", None, threads, 1).results
+    with thread() as runner:
+        found = run_study(blind, tmp_path / "lost", None, runner).results
     assert [failure.level for failure in found.failures] == [("1",)]
     assert {trial.level for trial in found.pairs} == {("0",)}
 
@@ -79,13 +83,14 @@ def test_a_damaged_cache_is_told(tmp_path):
     run(wanted, tmp_path / "first", tmp_path / "missions")
     (entry,) = (path for path in (tmp_path / "missions").iterdir() if path.is_dir())
     (entry / "robot_0.npz").write_bytes(b"")
-    found = run_study(wanted, tmp_path / "second", tmp_path / "missions", threads, 1)
+    with thread() as runner:
+        found = run_study(wanted, tmp_path / "second", tmp_path / "missions", runner)
     assert any("robot_0.npz is not as it was written; simulated again" in warning for warning in found.warnings)
     assert hashes(tmp_path / "first", but=TIMES) == hashes(tmp_path / "second", but=TIMES)
 
 
 def test_another_study_and_foreign_folders_are_refused(tiny_study, tmp_path):
-    with pytest.raises(ValueError, match="holds a study of other settings"):
+    with pytest.raises(ValueError, match="holds a study of mapquilt with other settings"):
         run(plan("noise=0,2"), tiny_study)
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(ValueError, match="not empty"):

@@ -13,6 +13,7 @@ import pytest
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.cli.entry import run_app
+from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import to_text
 from reproductions.chen2021 import missions
 from reproductions.chen2021.__main__ import app
@@ -151,7 +152,7 @@ def test_interrupted_it_goes_on_and_ends_the_same(study, tmp_path, short):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        make_study(StudySpec(1, METHODS), out, 1, interrupt)
+        make_study(StudySpec(1, METHODS), out, Runner(), interrupt)
     with (out / ".journal.jsonl").open("ab") as journal:
         journal.write(b'{"task": "hall 0 sift as pub')  # what a kill may leave
     assert thesis("--out", out, "--seeds", 1, "--workers", 1, *ONLY) == 0
@@ -164,7 +165,7 @@ def test_maps_that_were_damaged_are_made_again(study, tmp_path, short):
     out = Path(shutil.copytree(study, tmp_path / "study"))
     (out / "maps/hall-000.npz").write_bytes(b"cut off")
     asked = []
-    make_study(StudySpec(1, METHODS), out, 1, lambda done, total: asked.append(done))
+    make_study(StudySpec(1, METHODS), out, Runner(), lambda done, total: asked.append(done))
     assert asked[0] == 5  # all but the hall's maps
     assert hashes(out / "maps") == hashes(study / "maps")
 
@@ -174,7 +175,7 @@ def test_a_finished_study_takes_more_methods_without_asking_for_the_old_ones(stu
     out = Path(shutil.copytree(study, tmp_path / "study"))
     told = []
     more = StudySpec(1, (*METHODS, "sift_orb as published"))
-    make_study(more, out, 1, lambda done, total: told.append((done, total)))
+    make_study(more, out, Runner(), lambda done, total: told.append((done, total)))
     assert told[0] == (6, 8)
 
 
@@ -197,5 +198,5 @@ def test_a_foreign_folder_is_left_alone(tmp_path, capfd):
     assert "refusing to write into it" in refused(capfd, "--out", str(tmp_path / "letters"), "--seeds", "1")
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / SPEC_FILE).write_text(to_text({"schema": "mapquilt-thesis/0"}), encoding="utf-8")
-    assert "not of a thesis study of this version" in refused(capfd, "--out", str(tmp_path / "old"))
+    assert "holds a study of Chen (2021) with other settings" in refused(capfd, "--out", str(tmp_path / "old"))
     assert [path.name for path in (tmp_path / "letters").iterdir()] == ["dear.txt"]

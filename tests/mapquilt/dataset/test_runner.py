@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mapquilt.jobs.executor import MOST_TRIES, process_pool, run_all
+from mapquilt.jobs.runner import MAX_TRIES, Runner, Workers, process_pool
 from tests.conftest import hashes
 
 
@@ -34,26 +34,37 @@ def fail(number):
     raise ValueError(f"no {number}")
 
 
-def test_every_task_comes_once():
-    results = dict(run_all(lambda: process_pool(2), square, list(range(20)), 2))
-    assert results == {number: number * number for number in range(20)}
+def pool(processes: int) -> Runner:
+    return Runner(Workers(processes), lambda: process_pool(processes))
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_results_come_in_the_order_of_their_tasks(processes):
+    steps = []
+    with Runner(Workers(processes)) as runner:
+        results = runner.run(square, list(range(20)), lambda done, total: steps.append((done, total)))
+        assert runner.run(square, [7]) == [49]
+    assert results == [number * number for number in range(20)]
+    assert steps == [(done, 20) for done in range(1, 21)]
 
 
 def test_a_worker_that_dies_is_replaced_and_its_work_done(tmp_path):
     paths = [tmp_path / str(k) for k in range(2)]
-    assert dict(run_all(lambda: process_pool(1), die_once, paths, 1)) == dict.fromkeys(paths, "alive")
+    with pool(1) as runner:
+        assert dict(runner.completed(die_once, paths)) == dict.fromkeys(paths, "alive")
 
 
 def test_work_that_kills_its_worker_is_given_up_after_three_times():
-    ((task, error),) = run_all(lambda: process_pool(1), always_die, [7], 1)
+    with pool(1) as runner:
+        ((task, error),) = runner.completed(always_die, [7])
     assert task == 7
     assert isinstance(error, RuntimeError)
-    assert str(MOST_TRIES) in str(error)
+    assert str(MAX_TRIES) in str(error)
 
 
 PARENT = """
 import os, time
-from mapquilt.jobs.executor import process_pool
+from mapquilt.jobs.runner import process_pool
 if __name__ == "__main__":
     pool = process_pool(1, {preload})
     print(pool.submit(os.getpid).result(), flush=True)
@@ -77,9 +88,18 @@ def test_workers_die_with_their_parent_however_it_dies(preload, tmp_path):
         time.sleep(0.05)
 
 
-def test_errors_come_with_their_task():
-    results = dict(run_all(lambda: ThreadPoolExecutor(1), fail, [1, 2], 1))
-    assert {task: str(error) for task, error in results.items()} == {1: "no 1", 2: "no 2"}
+@pytest.mark.parametrize("start", [None, lambda: ThreadPoolExecutor(1)])
+def test_errors_come_with_their_task(start):
+    with Runner(start=start) as runner:
+        results = dict(runner.completed(fail, [1, 2]))
+        assert {task: str(error) for task, error in results.items()} == {1: "no 1", 2: "no 2"}
+        with pytest.raises(ValueError, match="no 1"):
+            runner.run(fail, [1])
+
+
+def test_no_workers_are_refused():
+    with pytest.raises(ValueError, match="workers is 0, must be at least 1"):
+        Workers(0)
 
 
 @pytest.fixture

@@ -1,0 +1,185 @@
+"""Run tasks in this process, on processes of this machine, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing.connection import wait as wait_for
+from threading import Thread
+from types import TracebackType
+from typing import Self, TypeVar
+
+MAX_TRIES = 3
+"""Number of times a task is tried when its worker dies."""
+
+TASKS_PER_WORKER = 2
+"""Tasks handed out per worker: no worker waits, and memory stays bounded."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+Progress = Callable[[int, int], None]
+"""Called with the number of finished tasks and their total."""
+
+
+def no_progress(done: int, total: int) -> None:
+    """Ignore progress."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Choose where tasks run.
+
+    One process without a scheduler means this process. ``scheduler`` is the address of a Dask scheduler
+    (``tcp://head:8786``), whose workers replace local processes. ``preload`` names modules that local processes share,
+    loaded once, where the system can fork.
+
+    Raises ``ValueError`` if ``processes`` is less than 1.
+    """
+
+    processes: int = 1
+    scheduler: str | None = None
+    preload: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.processes < 1:
+            raise ValueError(f"workers is {self.processes}, must be at least 1")
+
+    @property
+    def local(self) -> bool:
+        """True if tasks run in this process."""
+        return self.processes == 1 and self.scheduler is None
+
+    def executor(self) -> Executor:
+        """Start the executor.
+
+        Raises ``ImportError`` if Dask is missing and ``OSError`` if its scheduler does not answer.
+        """
+        return process_pool(self.processes, self.preload) if self.scheduler is None else dask_cluster(self.scheduler)
+
+
+def process_pool(workers: int, preload: Sequence[str] = ()) -> Executor:
+    """Start clean processes that ignore interrupts, which their parent handles, and that die with it."""
+    shared = preload and "forkserver" in multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("forkserver" if shared else "spawn")
+    if shared:
+        context.set_forkserver_preload(list(preload))
+    return ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+
+
+def _start_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_die_with_parent, daemon=True).start()
+
+
+def _die_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait_for([parent.sentinel])
+        os._exit(1)
+
+
+def dask_cluster(address: str) -> Executor:
+    """Connect to a Dask scheduler. Raise ``ImportError`` if Dask is missing, ``OSError`` if nobody answers."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError("--scheduler needs Dask: pip install 'mapquilt[cluster]'") from None
+    # pure=False: otherwise Dask takes equal calls for one and returns the first one's result.
+    executor: Executor = Client(address, timeout="10s").get_executor(pure=False)  # type: ignore[no-untyped-call]
+    return executor
+
+
+class Runner:
+    """Run tasks on workers that start with the first task and stop at the end of the ``with`` block.
+
+    ``start`` starts an executor; without one, tasks run in this process. A worker that dies breaks a process pool for
+    good: the pool is started anew and the unfinished tasks are handed out again, at most ``MAX_TRIES`` times.
+    """
+
+    def __init__(self, workers: Workers | None = None, start: Callable[[], Executor] | None = None) -> None:
+        workers = workers or Workers()
+        self._processes = workers.processes
+        self._start = start or (None if workers.local else workers.executor)
+        self._executor: Executor | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._executor is None:
+            return
+        self._executor.shutdown(wait=False)
+        if error is not None:  # interrupted, or the results cannot be kept: do not wait for running tasks
+            for worker in multiprocessing.active_children():
+                worker.terminate()
+
+    def run(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task], on_progress: Progress = no_progress
+    ) -> list[Result]:
+        """Return the result of each task, in their order. Raise the first error of a task."""
+        results: dict[int, Result] = {}
+        for index, result in self._indexed(function, tasks):
+            if isinstance(result, BaseException):
+                raise result
+            results[index] = result
+            on_progress(len(results), len(tasks))
+        return [results[index] for index in range(len(tasks))]
+
+    def completed(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Generator[tuple[Task, Result | BaseException]]:
+        """Yield each task with its result or its error, in order of completion, holding few results at a time."""
+        for index, result in self._indexed(function, tasks):
+            yield tasks[index], result
+
+    def _indexed(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Generator[tuple[int, Result | BaseException]]:
+        if self._start is None:
+            for index, task in enumerate(tasks):
+                yield index, _outcome(function, task)
+            return
+        waiting = list(range(len(tasks) - 1, -1, -1))
+        tries = [0] * len(tasks)
+        running: dict[Future[Result], int] = {}
+        try:
+            while waiting or running:
+                self._executor = self._executor or self._start()
+                while waiting and len(running) < TASKS_PER_WORKER * self._processes:
+                    index = waiting.pop()
+                    running[self._executor.submit(function, tasks[index])] = index
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                broken = [future for future in done if isinstance(future.exception(), BrokenProcessPool)]
+                for future in done:
+                    if future not in broken:
+                        error = future.exception()
+                        yield running.pop(future), future.result() if error is None else error
+                if broken:
+                    self._executor.shutdown(wait=False)
+                    self._executor = None
+                    for index in running.values():  # any of these may have killed its worker
+                        tries[index] += 1
+                        if tries[index] < MAX_TRIES:
+                            waiting.append(index)
+                    failed = [index for index in running.values() if tries[index] >= MAX_TRIES]
+                    running.clear()
+                    for index in failed:
+                        yield index, RuntimeError(f"the worker died, {MAX_TRIES} times")
+        finally:
+            for future in running:
+                future.cancel()
+
+
+def _outcome(function: Callable[[Task], Result], task: Task) -> Result | BaseException:
+    """Return the result of a task, or the error that it raised, as a worker would; interrupts pass through."""
+    try:
+        return function(task)
+    except Exception as error:  # noqa: BLE001 - handed to the caller, as from a worker
+        return error
