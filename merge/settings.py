@@ -25,7 +25,7 @@ class MergeSettings:
     method: str = "quilt"
     scale: ScaleRange | None = None
     as_published: bool = False
-    decision: AcceptanceSettings = field(default_factory=AcceptanceSettings)
+    acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     reference: str | None = None
     fusion: FusionName = "log_odds"
     priors: tuple[Prior, ...] = ()

@@ -144,7 +144,7 @@ def _moved(truth: Similarity2, middle: NDArray[np.float64], move: NDArray[np.flo
 
 def _looks(there: GridFrame, here: GridFrame, charts: tuple[PreparedMap, PreparedMap], place: Similarity2) -> float:
     cells = metres_from_prepared(there, charts[0]).inverse() @ place @ metres_from_prepared(here, charts[1])
-    return measure_wall_overlap(*charts, cells, POINTS).agreement
+    return measure_wall_overlap(*charts, cells, POINTS).score
 
 
 def _wrong(size: float, fixed: bool, rng: np.random.Generator) -> NDArray[np.float64]:

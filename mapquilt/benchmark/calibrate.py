@@ -13,7 +13,7 @@ from mapping.io.atomic import folder_aside
 from mapping.seeds import Role, stream
 from mapquilt.benchmark.dataset_pairs import dataset_pairs
 from mapquilt.benchmark.files import calibration_record
-from mapquilt.benchmark.fitting import FITTED, fit_decision, judged_again
+from mapquilt.benchmark.fitting import FITTED, fit_acceptance, judged_again
 from mapquilt.benchmark.folder import RELIABILITY_PICTURE
 from mapquilt.benchmark.run import run_benchmark
 from mapquilt.benchmark.selection import even_sample
@@ -30,7 +30,7 @@ from mapquilt.viz.reliability import reliability_figure
 from merge.settings import MergeSettings
 from merge.verification.acceptance import AcceptanceSettings
 
-SCHEMA = "mapquilt-calibration/1"
+SCHEMA = "mapquilt-calibration/2"
 CALIBRATION_FILE = "calibration.json"
 
 
@@ -66,13 +66,13 @@ def calibrate(
         raise ValueError(f"--check-dataset {min(common)}: is fitted on; leave it out to check on another split")
     refuse_foreign(out, CALIBRATION_FILE)
     with Runner(chosen_workers(workers, scheduler)) as runner:
-        fitted = fit_decision(_trials(dataset, split, method, limit, seed, runner, "to fit on"))
+        fitted = fit_acceptance(_trials(dataset, split, method, limit, seed, runner, "to fit on"))
         seen = _trials(check_dataset, check, method, limit, seed, runner, "to check on")
     checked = calibration(judged_again(seen, fitted), 0)
     if checked is None:
         raise ValueError(f"{check_dataset[0]}: holds no pair to check on that is not bent")
     with folder_aside(out) as folder:
-        write_record(folder / CALIBRATION_FILE, "calibration", decision_record(fitted, checked))
+        write_record(folder / CALIBRATION_FILE, "calibration", acceptance_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
@@ -99,6 +99,6 @@ def _trials(
         return run_benchmark(pairs, (MergeSettings(method),), seed, runner, on_progress)
 
 
-def decision_record(fitted: AcceptanceSettings, checked: Calibration) -> dict[str, Any]:
+def acceptance_record(fitted: AcceptanceSettings, checked: Calibration) -> dict[str, Any]:
     """What calibration.json holds; schema ``calibration``."""
-    return {"schema": SCHEMA, "decision": dataclasses.asdict(fitted), "check": calibration_record(checked)}
+    return {"schema": SCHEMA, "acceptance": dataclasses.asdict(fitted), "check": calibration_record(checked)}

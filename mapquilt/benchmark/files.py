@@ -44,7 +44,7 @@ COLUMNS = (
     "reason",
     *(f"true_{part}" for part in PLACE),
     *(f"runner_up_{part}" for part in PLACE),
-    "runner_up_agreement",
+    "runner_up_score",
     "mission",
     "target_map",
     "source_map",
@@ -110,7 +110,7 @@ def _places(trial: Trial, answer: Answer, beside: Path) -> dict[str, Any]:
         row |= {f"true_{part}": value for part, value in similarity_record(trial.truth).items()}
     if other is not None:
         row |= {f"runner_up_{part}": value for part, value in similarity_record(other.target_from_source).items()}
-        row |= {"runner_up_agreement": other.agreement}
+        row |= {"runner_up_score": other.score}
     return row
 
 

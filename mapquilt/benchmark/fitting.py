@@ -15,16 +15,16 @@ from merge.records.result import Evidence
 from merge.verification.acceptance import AcceptanceSettings, decide, features
 
 RIDGE = 1e-8
-FITTED = ("lead", "contradiction", "threshold")
+FITTED = ("margin_weight", "contradiction_weight", "threshold")
 SIGNS = np.array([1.0, -1.0])
 """Contradiction takes from the log-odds."""
 
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
-def fit_decision(trials: Sequence[Trial], start: AcceptanceSettings = AcceptanceSettings()) -> AcceptanceSettings:  # noqa: B008
-    """``start`` with ``lead``, ``contradiction`` and ``threshold`` of greatest likelihood, the first two not negative
-    (logistic regression).
+def fit_acceptance(trials: Sequence[Trial], start: AcceptanceSettings = AcceptanceSettings()) -> AcceptanceSettings:  # noqa: B008
+    """Fit ``margin_weight``, ``contradiction_weight`` and ``threshold`` of ``start`` by logistic regression, the first
+    two not negative.
 
     ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
     third each, those counted that other rules refuse. What is fitted is the chance that the place is the right one
@@ -61,10 +61,8 @@ def judged_again(trials: Sequence[Trial], settings: AcceptanceSettings) -> list[
 def _decided(answer: Answer, settings: AcceptanceSettings) -> Answer:
     if answer.evidence is None:
         return answer
-    decision = decide(answer.evidence, settings)
-    return dataclasses.replace(
-        answer, accepted=decision.accepted, confidence=decision.confidence, reason=decision.reason
-    )
+    verdict = decide(answer.evidence, settings)
+    return dataclasses.replace(answer, accepted=verdict.accepted, confidence=verdict.confidence, reason=verdict.reason)
 
 
 def _open(trial: Trial, settings: AcceptanceSettings) -> list[Evidence]:
@@ -73,7 +71,7 @@ def _open(trial: Trial, settings: AcceptanceSettings) -> list[Evidence]:
     if evidence is None:
         return []
     even = dataclasses.replace(settings, **dict.fromkeys(FITTED, 0.0), min_confidence=0.5)
-    return [evidence] if decide(dataclasses.replace(evidence, exactness=1.0), even).accepted else []
+    return [evidence] if decide(dataclasses.replace(evidence, precision_probability=1.0), even).accepted else []
 
 
 def _group(trial: Trial) -> str:

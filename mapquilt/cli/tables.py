@@ -50,7 +50,7 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
         table.add_row(*head, *_place(pair, source_unit, pair.target_from_source, pair.covariance))
         for other in pair.alternatives if alternatives else ():
             place = _place(pair, source_unit, other.target_from_source, None)
-            table.add_row("", f"or elsewhere: walls agree {other.agreement:.2f}{_against(pair)}", "", *place)
+            table.add_row("", f"or elsewhere: walls agree {other.score:.2f}{_against(pair)}", "", *place)
     merged = len(result.reference_from_map)
     table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
     for group in result.groups[1:]:
@@ -69,7 +69,7 @@ def _told(pair: PairResult) -> str:
 
 
 def _against(pair: PairResult) -> str:
-    return "" if pair.evidence is None else f", not {pair.evidence.agreement:.2f}"
+    return "" if pair.evidence is None else f", not {pair.evidence.score:.2f}"
 
 
 def _place(

@@ -11,13 +11,12 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from mapquilt.json_file import read_record, similarity_from_record, similarity_record
+from mapquilt.json_file import similarity_from_record, similarity_record
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
+from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
 from merge.records.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
 from merge.settings import MergeSettings
-
-SCHEMA = "mapquilt-merge/1"
 
 
 def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> dict[str, Any]:
@@ -41,7 +40,7 @@ def settings_record(settings: MergeSettings, scale: ScaleRange, seed: int) -> di
         "method": settings.title,
         "scale": _scale_text(scale),
         "seed": seed,
-        "min_confidence": settings.decision.min_confidence,
+        "min_confidence": settings.acceptance.min_confidence,
         "priors": [dataclasses.asdict(prior) for prior in settings.priors],
     }
 
@@ -108,7 +107,7 @@ def _pair_record(pair: PairResult) -> dict[str, Any]:
         "covariance": None if pair.covariance is None else pair.covariance.tolist(),
         "evidence": None if pair.evidence is None else dataclasses.asdict(pair.evidence),
         "alternatives": [
-            {"target_from_source": similarity_record(other.target_from_source), "agreement": other.agreement}
+            {"target_from_source": similarity_record(other.target_from_source), "score": other.score}
             for other in pair.alternatives
         ],
     }
@@ -131,7 +130,7 @@ def read_pair(entry: dict[str, Any]) -> PairResult:
         evidence=None if entry["evidence"] is None else Evidence(**entry["evidence"]),
         covariance=None if covariance is None else np.array(covariance),
         alternatives=tuple(
-            Alternative(similarity_from_record(other["target_from_source"]), other["agreement"])
+            Alternative(similarity_from_record(other["target_from_source"]), other["score"])
             for other in entry["alternatives"]
         ),
         decided_by=entry["decided_by"],
@@ -192,7 +191,7 @@ class MergeAnswer:
 
 def load_answer(path: Path) -> MergeAnswer:
     """Read merge.json. Raises ``ValueError`` or ``OSError`` naming the file and what is wrong."""
-    record = read_record(path, "merge")
+    record = read_merge_record(path)
     placed = {
         entry["name"]: similarity_from_record(entry["reference_from_map"])
         for entry in record["maps"]

@@ -48,8 +48,8 @@ class ReportAnswer:
     displacement_m: float | None = None
     displacement_cells: float | None = None
     reason: str | None = None
-    agreement: float | None = None
-    runner_up_agreement: float | None = None
+    score: float | None = None
+    runner_up_score: float | None = None
     seconds: float | None = None
     answer: Similarity2 | None = None
     truth: Similarity2 | None = None

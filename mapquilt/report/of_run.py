@@ -10,6 +10,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapquilt.evaluation.run_score import score_answer
 from mapquilt.json_file import read_record, similarity_from_record
 from mapquilt.merging.merge_file import load_answer
+from mapquilt.merging.merge_schema import read_merge_record
 from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.charts import stage_chart
 from mapquilt.report.content import Content, Picture
@@ -70,7 +71,7 @@ def run_answers(folder: Path, record: dict[str, Any], prefix: str) -> list[Repor
     """An answer for each pair, in the order of the merge, or of the truth where nothing was merged."""
     truth, files = read_record(folder / run_folder.TRUTH_FILE, "truth"), _map_files(folder)
     merge_path = folder / run_folder.MERGE_FILE
-    merged = read_record(merge_path, "merge") if merge_path.is_file() else None
+    merged = read_merge_record(merge_path) if merge_path.is_file() else None
     answers = {} if merged is None else {(pair["target"], pair["source"]): pair for pair in merged["pairs"]}
     scores = {} if merged is None else _scores(folder)
     found = []
@@ -99,8 +100,8 @@ def run_answers(folder: Path, record: dict[str, Any], prefix: str) -> list[Repor
                 displacement_m=error.get("displacement_m"),
                 displacement_cells=error.get("displacement_cells"),
                 reason=None if answer is None else answer["reason"],
-                agreement=evidence.get("agreement"),
-                runner_up_agreement=others[0]["agreement"] if others else evidence.get("rival_agreement") or None,
+                score=evidence.get("score"),
+                runner_up_score=others[0]["score"] if others else evidence.get("second_best_score") or None,
                 cluster=record["mission"],
                 target=files[key[0]],
                 source=files[key[1]],

@@ -84,8 +84,8 @@ class ExperimentConfig:
         )
 
     def merge(self, method: str, as_published: bool) -> MergeSettings:
-        decision = AcceptanceSettings(min_confidence=self.min_confidence)
-        return MergeSettings(method, searched_scales(self.search), as_published, decision)
+        acceptance = AcceptanceSettings(min_confidence=self.min_confidence)
+        return MergeSettings(method, searched_scales(self.search), as_published, acceptance)
 
     def drive_part(self) -> ExperimentConfig:
         """This setup with all but what the simulation depends on at its default; equal ones share a mission."""

@@ -61,12 +61,12 @@ class PairTrial:
     displacement_cells: float | None
     displacement_of_diagonal: float | None
     acceptance_index: float | None
-    agreement: float | None
-    rival_agreement: float | None
+    score: float | None
+    second_best_score: float | None
     answer: Place | None
     truth: Place
     runner_up: Place | None
-    runner_up_agreement: float | None
+    runner_up_score: float | None
     maps: str
 
 
@@ -238,12 +238,12 @@ def _trial(
         displacement_cells=moved.displacement_cells,
         displacement_of_diagonal=moved.displacement_of_diagonal,
         acceptance_index=None if evidence is None else evidence.acceptance_index,
-        agreement=None if evidence is None else evidence.agreement,
-        rival_agreement=None if evidence is None else evidence.rival_agreement,
+        score=None if evidence is None else evidence.score,
+        second_best_score=None if evidence is None else evidence.second_best_score,
         answer=_place(pair.target_from_source),
         truth=_numbers(truth.target_from_source),
         runner_up=None if other is None else _numbers(other.target_from_source),
-        runner_up_agreement=None if other is None else other.agreement,
+        runner_up_score=None if other is None else other.score,
         maps=folder,
     )
 

@@ -14,7 +14,7 @@ from merge.alignment.icp import icp_batch
 from merge.preparation.prepared_map import PreparedMap
 from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cells
 
-SAME_AGREEMENT = 0.005
+SAME_SCORE = 0.005
 """A difference that thinning and rounding make."""
 
 
@@ -54,17 +54,11 @@ def refine(
     itself where none is better.
     """
     answers = _descend(target, source, start, scale, settings)
-    agreements = [
-        measure_wall_overlap(target, source, answer, settings.most_points).agreement for answer in (start, *answers)
-    ]
-    best = max(agreements) - SAME_AGREEMENT
-    if max(agreements[1:], default=0.0) < agreements[0] - SAME_AGREEMENT:
+    scores = [measure_wall_overlap(target, source, answer, settings.most_points).score for answer in (start, *answers)]
+    best = max(scores) - SAME_SCORE
+    if max(scores[1:], default=0.0) < scores[0] - SAME_SCORE:
         return start
-    return next(
-        answer
-        for answer, agreement in zip((*answers[::-1], start), agreements[::-1], strict=False)
-        if agreement >= best
-    )
+    return next(answer for answer, score in zip((*answers[::-1], start), scores[::-1], strict=False) if score >= best)
 
 
 def pattern_search(
@@ -81,16 +75,16 @@ def pattern_search(
     """
     answer, centre = start, source.middle
     points = settings.most_points // 2
-    best = measure_wall_overlap(target, source, start, points).agreement
+    best = measure_wall_overlap(target, source, start, points).score
     step = tolerance_cells(target, source, start.scale) / 2.0
     arm = max(start.scale * source.diagonal / 4.0, 1.0)
     for _ in range(settings.climbs):
         moved = False
         for move in _moves(step, arm, scale.fixed):
             there = _shifted(answer, move, centre, scale)
-            agreement = measure_wall_overlap(target, source, there, points).agreement
-            if agreement > best + SAME_AGREEMENT / 2.0:
-                answer, best, moved = there, agreement, True
+            score = measure_wall_overlap(target, source, there, points).score
+            if score > best + SAME_SCORE / 2.0:
+                answer, best, moved = there, score, True
         step = step if moved else step / 2.0
     return answer
 

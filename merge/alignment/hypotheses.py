@@ -14,7 +14,7 @@ from merge.alignment.coarse_to_fine import CoarseToFineSettings, pattern_search,
 from merge.alignment.deduplication import SAME_SHARE, apart, merged, smaller_diagonal
 from merge.alignment.icp import icp_batch
 from merge.alignment.patchwise_alignment import align_patchwise
-from merge.alignment.second_best import rival_proposals
+from merge.alignment.second_best import second_best_proposals
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
 from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap, measure_wall_overlap_by_tolerance
@@ -26,10 +26,10 @@ ROUGH_GATE_SHARES = np.geomspace(0.08, 0.012, 8)
 GLANCE_POINTS = 400
 CAREFUL_POINTS = 4000
 SHORT_LIST = 16
-RIVALS = 8
-RIVAL_FINALISTS = 3
+SECOND_BEST = 8
+SECOND_BEST_FINALISTS = 3
 QUICK = CoarseToFineSettings(most_points=500, last_steps=3)
-RIVAL_DISTANCE_SHARE = 0.06
+DISTINCT_SHARE = 0.06
 """Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""
 
 
@@ -79,27 +79,27 @@ def finished(
 ) -> list[Hypothesis]:
     """Those candidates refined with care, the one whose walls agree best first.
 
-    ``best`` is an agreement that was reached elsewhere: what lies far below it is not worth the last of the care.
+    ``best`` is a score that was reached elsewhere: what lies far below it is not worth the last of the care.
     """
     polished: list[Hypothesis] = []
     for candidate in found:
         polished.append(_polished(target, source, candidate, scale, best - FAR_BELOW))
-        best = max(best, polished[-1].walls.agreement)
+        best = max(best, polished[-1].walls.score)
     return distinct(target, source, polished)
 
 
 def rivals(target: PreparedMap, source: PreparedMap, answer: Hypothesis, scale: ScaleRange) -> list[Hypothesis]:
     """The best other places at the answer's own scale, refined with care."""
-    proposals = rival_proposals(target, source, answer.target_from_source)
-    short_list = _short_list(target, source, proposals, scale, RIVALS)[:RIVAL_FINALISTS]
-    return finished(target, source, short_list, scale, answer.walls.agreement)
+    proposals = second_best_proposals(target, source, answer.target_from_source)
+    short_list = _short_list(target, source, proposals, scale, SECOND_BEST)[:SECOND_BEST_FINALISTS]
+    return finished(target, source, short_list, scale, answer.walls.score)
 
 
 def _short_list(
     target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange, most: int
 ) -> list[Hypothesis]:
     rough = [_measured(target, source, p, GLANCE_POINTS) for p in _settled_roughly(target, source, proposals, scale)]
-    rough.sort(key=lambda candidate: -candidate.walls.agreement)
+    rough.sort(key=lambda candidate: -candidate.walls.score)
     short_list = _one_a_place(target, source, rough, SAME_SHARE)[:most]
     return distinct(target, source, [_refined(target, source, c, scale, QUICK) for c in short_list])
 
@@ -122,19 +122,19 @@ def sharpest(found: Sequence[Hypothesis]) -> int:
     Bent maps bear only the loosest. Crisp ones are judged as sharply as they are drawn, so that a wing which only
     resembles the right one is told from it.
     """
-    best = [max((c.laid[level].agreement for c in found), default=0.0) for level in range(len(TOLERANCE_SHARES))]
-    return max(level for level, agreement in enumerate(best) if agreement >= BORNE * best[0])
+    best = [max((c.laid[level].score for c in found), default=0.0) for level in range(len(TOLERANCE_SHARES))]
+    return max(level for level, score in enumerate(best) if score >= BORNE * best[0])
 
 
 def best_first(found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Candidates by agreement, at the tightest tolerance that the maps bear."""
     level = sharpest(found)
-    return sorted(found, key=lambda candidate: -candidate.laid[level].agreement)
+    return sorted(found, key=lambda candidate: -candidate.laid[level].score)
 
 
 def distinct(target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The best candidate of each place, best first; those that ended in the same place become its votes."""
-    return _one_a_place(target, source, best_first(found), RIVAL_DISTANCE_SHARE)
+    return _one_a_place(target, source, best_first(found), DISTINCT_SHARE)
 
 
 def _one_a_place(
@@ -150,22 +150,22 @@ def _one_a_place(
     ]
 
 
-def is_rival(target: PreparedMap, source: PreparedMap, best: Hypothesis, other: Hypothesis) -> bool:
+def is_distinct(target: PreparedMap, source: PreparedMap, best: Hypothesis, other: Hypothesis) -> bool:
     """Whether the two put the source elsewhere."""
     between = float(apart(source, [best.target_from_source, other.target_from_source])[0, 1])
-    return between > RIVAL_DISTANCE_SHARE * smaller_diagonal(target, source, best.target_from_source.scale)
+    return between > DISTINCT_SHARE * smaller_diagonal(target, source, best.target_from_source.scale)
 
 
 def settled(target: PreparedMap, source: PreparedMap, best: Hypothesis, scale: ScaleRange, level: int) -> Hypothesis:
     """The mean over all patches in place of the best match of one part, where the maps are bent."""
-    if best.walls.on_walls > CRISP * best.walls.judged:
+    if best.walls.inlier_length > CRISP * best.walls.compared_length:
         return best
     answer = align_patchwise(target, source, best.target_from_source, scale)
     moved = float(apart(source, [best.target_from_source, answer])[0, 1])
     laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
     if (
         moved < BENT_SHARE * smaller_diagonal(target, source, answer.scale)
-        or laid[level].agreement < best.laid[level].agreement - WORSE
+        or laid[level].score < best.laid[level].score - WORSE
     ):
         return best
     return dataclasses.replace(best, target_from_source=answer, laid=laid)
@@ -189,7 +189,7 @@ def _polished(
 ) -> Hypothesis:
     answer = refine(target, source, candidate.target_from_source, scale)
     laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
-    if laid[0].on_walls <= CRISP * laid[0].judged and laid[0].agreement >= least:
+    if laid[0].inlier_length <= CRISP * laid[0].compared_length and laid[0].score >= least:
         answer = pattern_search(target, source, answer, scale)
         laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
     return dataclasses.replace(candidate, target_from_source=answer, laid=laid)

@@ -12,7 +12,7 @@ from merge.proposers.proposer import Proposal
 PEAKS = 6
 
 
-def rival_proposals(target: PreparedMap, source: PreparedMap, answer: Similarity2) -> list[Proposal]:
+def second_best_proposals(target: PreparedMap, source: PreparedMap, answer: Similarity2) -> list[Proposal]:
     """The best other shifts at the answer's own scale and rotation, and turned by 90, 180 and 270 degrees, best first.
 
     The next room of a row, the other wing and the other end of a symmetric hall lie there: what repeats in either map

@@ -39,7 +39,7 @@ def match_near(task: NearTask, shelf: FeatureCache | None = None) -> PairResult:
     else:
         places = [target_metres.inverse() @ task.place @ source_metres]
     places = [dataclasses.replace(place, scale=scale.clip(place.scale)) for place in places]
-    return told(pair, answer_near(*sheets, places, scale, pair.settings.decision), sheets)
+    return told(pair, answer_near(*sheets, places, scale, pair.settings.acceptance), sheets)
 
 
 def refused(pair: PairResult, reason: str, by: DecidedBy) -> PairResult:

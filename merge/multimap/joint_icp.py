@@ -62,7 +62,7 @@ def agreement(group: Cluster, chart: Callable[[int], PreparedMap]) -> float:
     for edge in group.edges:
         target, source = chart(edge.target), chart(edge.source)
         place = on_charts(target, source, predicted(group, edge.target, edge.source))
-        told.append(measure_wall_overlap(target, source, place, MOST_POINTS).agreement)
+        told.append(measure_wall_overlap(target, source, place, MOST_POINTS).score)
     return float(np.mean(told))
 
 

@@ -69,13 +69,13 @@ class OverlapLikelihood:
         target_chart, source_chart = self.chart(target), self.chart(source)
         place = on_charts(target_chart, source_chart, target_from_source)
         walls = measure_wall_overlap(target_chart, source_chart, place, POINTS)
-        if HOPELESS < _share(walls) < NEUTRAL + FULL and walls.judged >= LEAST_JUDGED:
+        if HOPELESS < _share(walls) < NEUTRAL + FULL and walls.compared_length >= LEAST_JUDGED:
             walls = _fitted(target_chart, source_chart, place, walls)
-        if walls.judged < LEAST_JUDGED:
+        if walls.compared_length < LEAST_JUDGED:
             return 0.0
         plain = (_share(walls) - NEUTRAL) / FULL
         told = BEST * plain if plain > 0.0 else -WORST * plain
-        return min(BEST, max(WORST, told)) * min(1.0, walls.judged / MUCH_JUDGED)
+        return min(BEST, max(WORST, told)) * min(1.0, walls.compared_length / MUCH_JUDGED)
 
     def chart(self, index: int) -> PreparedMap:
         if index not in self._charts:
@@ -97,7 +97,7 @@ def on_charts(target: PreparedMap, source: PreparedMap, local: Similarity2) -> S
 
 
 def _share(walls: WallOverlap) -> float:
-    return walls.on_walls / walls.judged if walls.judged > 0.0 else 0.0
+    return walls.inlier_length / walls.compared_length if walls.compared_length > 0.0 else 0.0
 
 
 def _fitted(target: PreparedMap, source: PreparedMap, place: Similarity2, walls: WallOverlap) -> WallOverlap:

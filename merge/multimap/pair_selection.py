@@ -39,7 +39,7 @@ def promise(task: PairTask, shelf: FeatureCache | None = None) -> float:
         return 0.0
     places = GLANCE.propose(target.descriptions[0], source.descriptions[0], scale, stream(task.seed, Role.MERGE))
     laid = (
-        measure_wall_overlap(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).agreement
+        measure_wall_overlap(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).score
         for place in places
     )
     return max(laid, default=0.0)

@@ -24,7 +24,7 @@ from merge.pair.feature_cache import FeatureCache, Method, cell_width, map_cells
 from merge.pair.pipeline import MapFeatures, PairAnswer, merge_pair
 from merge.records.result import Alternative, PairResult
 from merge.settings import MergeSettings
-from merge.verification.acceptance import Decision
+from merge.verification.acceptance import Verdict
 
 OTHER_SCALE = "fits only at another scale than the maps state"
 SAME_SCALE = math.log(1.03)
@@ -81,7 +81,7 @@ def match(task: PairTask, shelf: FeatureCache | None = None) -> PairResult:
     """The answer for one pair; it depends neither on other maps nor on which of the two comes first."""
     sheets = task.sheets(shelf or process_feature_cache(), task.methods)
     answer = _answer(*sheets, task.in_cells(task.scale, sheets), task.settings, task.seed)
-    if answer.decision.accepted or task.settings.scale is not None or not task.scale.fixed:
+    if answer.verdict.accepted or task.settings.scale is not None or not task.scale.fixed:
         return told(task, answer, sheets)
     return told(task, _at_another_scale(task, sheets) or answer, sheets)
 
@@ -91,13 +91,13 @@ def _at_another_scale(task: PairTask, sheets: tuple[MapFeatures, MapFeatures]) -
     there is none. The first proposer alone is asked, which costs little."""
     scale = ScaleRange.free()
     answer = _answer(*sheets, task.in_cells(scale, sheets), task.settings, task.seed, proposers=1)
-    if not answer.decision.accepted:
+    if not answer.verdict.accepted:
         return None
     found = told(task, answer, sheets).target_from_source
     if found is None or abs(math.log(found.scale)) < SAME_SCALE:
         return None
     times = f", {found.scale:.3g} times that"
-    return replace(answer, decision=Decision(False, 0.0, OTHER_SCALE + times))
+    return replace(answer, verdict=Verdict(False, 0.0, OTHER_SCALE + times))
 
 
 @cache
@@ -170,7 +170,7 @@ def _judged(
 ) -> PairAnswer:
     if settings.as_published:
         return PUBLISHED[settings.method].published(target.descriptions[0], source.descriptions[0], scale, rng)
-    return merge_pair(target, source, scale, PROPOSERS[settings.method][:proposers], rng, settings.decision)
+    return merge_pair(target, source, scale, PROPOSERS[settings.method][:proposers], rng, settings.acceptance)
 
 
 def canonical_order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
@@ -196,16 +196,16 @@ def told(task: PairTask, answer: PairAnswer, sheets: tuple[MapFeatures, MapFeatu
     return PairResult(
         target=task.names[0],
         source=task.names[1],
-        accepted=answer.decision.accepted,
-        confidence=answer.decision.confidence,
-        reason=answer.decision.reason,
+        accepted=answer.verdict.accepted,
+        confidence=answer.verdict.confidence,
+        reason=answer.verdict.reason,
         target_from_source=metric,
         target_from_source_pixels=None if found is None else in_pixels(found),
         unit=task.units[0],
         evidence=answer.evidence,
         covariance=covariance,
         alternatives=tuple(
-            Alternative(in_metres(other.target_from_source), other.agreement) for other in answer.alternatives
+            Alternative(in_metres(other.target_from_source), other.score) for other in answer.alternatives
         ),
     )
 

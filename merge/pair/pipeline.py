@@ -10,11 +10,20 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.hypotheses import Hypothesis, candidates, distinct, finished, is_rival, rivals, settled, sharpest
+from merge.alignment.hypotheses import (
+    Hypothesis,
+    candidates,
+    distinct,
+    finished,
+    is_distinct,
+    rivals,
+    settled,
+    sharpest,
+)
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal, Proposer
 from merge.records.result import Evidence
-from merge.verification.acceptance import BARE, AcceptanceSettings, Decision, decide, lead_of
+from merge.verification.acceptance import BARE, AcceptanceSettings, Verdict, decide, margin
 from merge.verification.cell_overlap import compare_cells
 from merge.verification.uncertainty import Uncertainty, uncertainty
 
@@ -24,7 +33,7 @@ FINALISTS = 4
 PROMISING = 0.25
 """What agrees less, refined quickly, is not worth more before the next proposer has had its say."""
 
-SURE_AGREEMENT = 0.45
+SURE_SCORE = 0.45
 """An answer that agrees so well, and leaves its rivals far behind, needs no further proposals."""
 
 ALTERNATIVES = 3
@@ -44,7 +53,7 @@ class Alternative:
     """Another place for the source, cells to cells, and how well the walls agree there (``Evidence``)."""
 
     target_from_source: Similarity2
-    agreement: float
+    score: float
 
 
 @dataclass(frozen=True)
@@ -54,13 +63,13 @@ class PairAnswer:
 
     target_from_source: Similarity2 | None
     evidence: Evidence | None
-    decision: Decision
+    verdict: Verdict
     uncertainty: Uncertainty | None = None
     alternatives: tuple[Alternative, ...] = ()
 
     @property
-    def agreement(self) -> float:
-        return 0.0 if self.evidence is None else self.evidence.agreement
+    def score(self) -> float:
+        return 0.0 if self.evidence is None else self.evidence.score
 
     def inverse(self) -> PairAnswer:
         """The answer for the pair the other way round."""
@@ -70,9 +79,9 @@ class PairAnswer:
         return PairAnswer(
             answer.inverse(),
             self.evidence,
-            self.decision,
+            self.verdict,
             None if self.uncertainty is None else self.uncertainty.inverse(answer),
-            tuple(Alternative(other.target_from_source.inverse(), other.agreement) for other in self.alternatives),
+            tuple(Alternative(other.target_from_source.inverse(), other.score) for other in self.alternatives),
         )
 
 
@@ -89,9 +98,9 @@ def merge_pair(
     ``scale`` in cells of the target per cell of the source. ``proposers`` are those that described the sheets, or the
     first of them.
     """
-    answer = PairAnswer(None, None, Decision(False, 0.0, NOTHING_PROPOSED))
+    answer = PairAnswer(None, None, Verdict(False, 0.0, NOTHING_PROPOSED))
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
-        return PairAnswer(None, None, Decision(False, 0.0, BARE))
+        return PairAnswer(None, None, Verdict(False, 0.0, BARE))
     charts = target.chart, source.chart
     rough: list[Hypothesis] = []
     found: list[Hypothesis] = []
@@ -99,12 +108,12 @@ def merge_pair(
     for number, (proposer, there, here) in enumerate(stages, start=1):
         proposals = proposer.propose(there, here, scale, rng)
         rough = distinct(*charts, [*rough, *candidates(*charts, proposals, scale)])
-        if not rough or (number < len(stages) and rough[0].walls.agreement < PROMISING):
+        if not rough or (number < len(stages) and rough[0].walls.score < PROMISING):
             continue
         found = distinct(*charts, [*found, *finished(*charts, rough[:FINALISTS], scale)])
         rough = rough[FINALISTS:]
         answer = _best(*charts, found, scale, settings)
-        if answer.agreement >= settings.min_agreement:
+        if answer.score >= settings.min_score:
             found = distinct(*charts, [*found, *rivals(*charts, found[0], scale)])
             answer = _best(*charts, found, scale, settings)
         if answer.evidence is not None and _is_sure(answer.evidence, settings):
@@ -113,7 +122,7 @@ def merge_pair(
 
 
 def _is_sure(evidence: Evidence, settings: AcceptanceSettings) -> bool:
-    return evidence.agreement >= SURE_AGREEMENT and lead_of(evidence) >= settings.enough_lead
+    return evidence.score >= SURE_SCORE and margin(evidence) >= settings.margin_cap
 
 
 def _best(
@@ -126,13 +135,13 @@ def _best(
     level = sharpest(found)
     best = settled(target, source, found[0], scale, level)
     others = [
-        Alternative(other.target_from_source, other.laid[level].agreement)
+        Alternative(other.target_from_source, other.laid[level].score)
         for other in found
-        if is_rival(target, source, best, other)
+        if is_distinct(target, source, best, other)
     ]
-    others.sort(key=lambda other: -other.agreement)
+    others.sort(key=lambda other: -other.score)
     exact = uncertainty(target, source, best.target_from_source, scale)
-    evidence = _evidence(target, source, best, level, others[0].agreement if others else 0.0, exact.exactness)
+    evidence = _evidence(target, source, best, level, others[0].score if others else 0.0, exact.precision_probability)
     return PairAnswer(
         best.target_from_source,
         evidence,
@@ -143,23 +152,30 @@ def _best(
 
 
 def _evidence(
-    target: PreparedMap, source: PreparedMap, best: Hypothesis, level: int, rival_agreement: float, exactness: float
+    target: PreparedMap,
+    source: PreparedMap,
+    best: Hypothesis,
+    level: int,
+    second_best_score: float,
+    precision_probability: float,
 ) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
     walls = best.laid[level]
     return Evidence(
         acceptance_index=cells.acceptance_index,
-        walls_on_walls=walls.on_walls / walls.judged if walls.judged > 0.0 else None,
-        walls_in_free=walls.in_free / walls.judged if walls.judged > 0.0 else None,
-        walls_deep_in_free=best.walls.in_free / best.walls.judged if best.walls.judged > 0.0 else None,
+        wall_inlier_ratio=walls.inlier_ratio,
+        free_space_violation=walls.violation_ratio,
+        deep_free_space_violation=best.walls.violation_length / best.walls.compared_length
+        if best.walls.compared_length > 0.0
+        else None,
         common_known_cells=cells.known,
         overlap=cells.overlap,
-        matched_walls_cells=walls.on_walls,
+        inlier_length_cells=walls.inlier_length,
         tolerance_cells=walls.tolerance,
-        spread=walls.spread,
-        agreement=walls.agreement,
-        rival_agreement=rival_agreement,
-        exactness=exactness,
+        normal_isotropy=walls.normal_isotropy,
+        score=walls.score,
+        second_best_score=second_best_score,
+        precision_probability=precision_probability,
         matches=best.proposal.matches,
         inliers=best.proposal.inliers,
         votes=best.proposal.votes,
@@ -177,7 +193,7 @@ def answer_near(
     place far off is its rival."""
     charts = target.chart, source.chart
     if min(len(chart.points) for chart in charts) < MIN_SURFACE_POINTS:
-        return PairAnswer(None, None, Decision(False, 0.0, BARE))
+        return PairAnswer(None, None, Verdict(False, 0.0, BARE))
     rough = candidates(*charts, [Proposal(place) for place in places], scale)
     found = finished(*charts, rough[:FINALISTS], scale)
     return _best(*charts, found, scale, settings)

@@ -10,7 +10,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.pair.pipeline import PairAnswer
 from merge.preparation.prepared_map import PreparedMap
-from merge.verification.acceptance import Decision
+from merge.verification.acceptance import Verdict
 
 Description = TypeVar("Description")
 
@@ -41,9 +41,9 @@ def judged(transform: Similarity2, name: str, score: float, threshold: float) ->
     """
     accepted = score >= threshold
     reason = None if accepted else f"{name} is {score:.3g}, {threshold:g} is needed"
-    return PairAnswer(transform, None, Decision(accepted, score / (score + threshold), reason))
+    return PairAnswer(transform, None, Verdict(accepted, score / (score + threshold), reason))
 
 
 def nothing_found() -> PairAnswer:
     """The answer of a method that found none."""
-    return PairAnswer(None, None, Decision(False, 0.0, NOTHING_FOUND))
+    return PairAnswer(None, None, Verdict(False, 0.0, NOTHING_FOUND))

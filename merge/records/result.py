@@ -17,39 +17,39 @@ from mapping.map_set import Unit
 
 @dataclass(frozen=True)
 class Evidence:
-    """What speaks for one transform, and what against it. Swapping the maps gives the same, up to rounding.
+    """Measurements of one transform. Swapping the maps gives the same, up to rounding.
 
     - ``acceptance_index``: share of the commonly known cells that agree (Birk and Carpin 2006); None without any;
-    - ``walls_on_walls``: share of the walls in the overlap that lie on a wall of the other map which faces the same
-      way;
-    - ``walls_in_free``: share of them that lie deep inside the other map's free space;
-    - ``walls_deep_in_free``: the same by the loosest tolerance, which the walls of bent maps keep where they are right;
-    - ``common_known_cells``: area that both know, in cells of the coarser map;
-    - ``overlap``: that area as a share of what the map that knows less knows;
-    - ``tolerance_cells``: how far apart, in cells of the coarser map, two walls may lie here and still be one: the
-      less, the crisper the maps;
-    - ``matched_walls_cells``: length of the walls on walls, in cells of the coarser map;
-    - ``spread``: 0 where all matched walls run one way, 1/2 where they run both ways alike;
-    - ``agreement``: the number that ranks candidates, 0 to 1;
-    - ``rival_agreement``: that of the best distinct other candidate, 0 where there was none;
-    - ``exactness``: the chance, by the covariance that comes with the answer, that a right place is told within 2
-      degrees of rotation and 3 % of scale: little common ground says where, but not how exactly;
+    - ``wall_inlier_ratio``: share of the walls in the overlap that lie on a wall of the other map with the same
+      orientation; None without any;
+    - ``free_space_violation``: share of them that lie deep inside the other map's free space; None without any;
+    - ``deep_free_space_violation``: the same by the loosest tolerance, which correct answers of distorted maps meet;
+    - ``common_known_cells``: area that both maps know, in cells of the coarser map;
+    - ``overlap``: that area as a share of the known area of the map that knows less;
+    - ``tolerance_cells``: largest distance of two walls that count as one, in cells of the coarser map: the crisper
+      the maps, the smaller;
+    - ``inlier_length_cells``: length of the matched walls, in cells of the coarser map;
+    - ``normal_isotropy``: 0 where all matched walls are parallel, 1/2 where both directions have the same length;
+    - ``score``: the alignment score that ranks hypotheses, 0 to 1;
+    - ``second_best_score``: score of the best hypothesis elsewhere, 0 where there was none;
+    - ``precision_probability``: probability, by the answer's covariance, that an answer at the right place is within 2
+      degrees of rotation and 3 % of scale;
     - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
-    - ``votes``: how many proposals ended in this answer.
+    - ``votes``: number of proposals that converged to this answer.
     """
 
     acceptance_index: float | None
-    walls_on_walls: float | None
-    walls_in_free: float | None
-    walls_deep_in_free: float | None
+    wall_inlier_ratio: float | None
+    free_space_violation: float | None
+    deep_free_space_violation: float | None
     common_known_cells: float
     overlap: float
     tolerance_cells: float
-    matched_walls_cells: float
-    spread: float
-    agreement: float
-    rival_agreement: float
-    exactness: float
+    inlier_length_cells: float
+    normal_isotropy: float
+    score: float
+    second_best_score: float
+    precision_probability: float
     matches: int | None
     inliers: int | None
     votes: int
@@ -57,11 +57,10 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another place where the source might lie, in the words of ``PairResult``, and how well the walls agree there
-    (``Evidence.agreement``)."""
+    """Another transform that was found, as in ``PairResult``, and its alignment score (``Evidence.score``)."""
 
     target_from_source: Similarity2
-    agreement: float
+    score: float
 
 
 DecidedBy = Literal["pair", "team", "prior"]

@@ -25,49 +25,51 @@ MISSING = 2.0
 
 @dataclass(frozen=True)
 class AcceptanceSettings:
-    """The constants of ``decide``; lengths in cells of the coarser map.
+    """Constants of ``decide``; lengths in cells of the coarser map.
 
-    - ``lead``, ``contradiction``, ``threshold``: the log-odds of the right place are ``lead`` times what the best rival
-      agrees less than the answer, less ``contradiction`` times the share of walls deep in free space times the overlap,
-      less ``threshold``; a lead above ``enough_lead`` says no more, or a poor answer would pass for want of any other,
-      and neither does a contradiction above ``enough_contradiction``, or no bent map would pass. Fitted to generated
-      pairs by ``mapquilt calibrate``, the threshold raised by 0.4 from there: of the pairs of a team more do not match
-      than the third that the fit takes for granted. (The agreement itself was fitted too, and weighs nothing beside
-      the lead.);
-    - ``min_matched_walls_cells``, ``min_spread``: walls on walls must be long enough, and run more than one way;
-    - ``min_overlap``: the maps must share so much of the area that the smaller one knows;
-    - ``min_agreement``: what agrees less is nothing, for want of rivals or not;
-    - ``min_margin``: the best rival must agree less by this share, however good the rest;
-    - ``min_confidence``: what is less sure is refused.
+    The log-odds that the answer is right are ``margin_weight`` times the margin, less ``contradiction_weight`` times
+    the contradiction, less ``threshold``. The margin is the score less the second best score. The contradiction is the
+    share of walls deep in free space times the overlap. All three were fitted to generated pairs by ``mapquilt
+    calibrate``; then the threshold was raised by 0.4, because more pairs of a team do not match than the third that
+    the fit assumes. (The fit gave the score itself no weight beside the margin.)
+
+    - ``margin_cap``: a larger margin counts as this, or a poor answer would pass for want of any other;
+    - ``contradiction_cap``: a larger contradiction counts as this, or no distorted map would pass;
+    - ``min_inlier_length_cells``, ``min_normal_isotropy``: the matched walls must be so long, and run in more than one
+      direction;
+    - ``min_overlap``: the maps must share this fraction of the area that the smaller one knows;
+    - ``min_score``: an answer that scores less is refused, whether there is a second best or not;
+    - ``min_relative_margin``: the margin must be this fraction of the score, however good the rest;
+    - ``min_confidence``: an answer of less confidence is refused.
 
     Raises ``ValueError`` naming a constant that is not finite, or negative (but for the threshold), or a confidence
     above 1.
     """
 
-    lead: float = 24.75
-    contradiction: float = 134.4
+    margin_weight: float = 24.75
+    contradiction_weight: float = 134.4
     threshold: float = -0.5
-    enough_lead: float = 0.25
-    enough_contradiction: float = 0.03
-    min_matched_walls_cells: float = 50.0
-    min_spread: float = 0.08
+    margin_cap: float = 0.25
+    contradiction_cap: float = 0.03
+    min_inlier_length_cells: float = 50.0
+    min_normal_isotropy: float = 0.08
     min_overlap: float = 0.1
-    min_agreement: float = 0.4
-    min_margin: float = 0.1
+    min_score: float = 0.4
+    min_relative_margin: float = 0.1
     min_confidence: float = MIN_CONFIDENCE
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if name not in ("min_confidence", "threshold") and not 0.0 <= value < math.inf:
-                raise ValueError(f"DecisionSettings: {name} is {value}, must be finite and not negative")
+                raise ValueError(f"AcceptanceSettings: {name} is {value}, must be finite and not negative")
         if not math.isfinite(self.threshold):
-            raise ValueError(f"DecisionSettings: threshold is {self.threshold}, must be finite")
+            raise ValueError(f"AcceptanceSettings: threshold is {self.threshold}, must be finite")
         if not 0.0 <= self.min_confidence <= 1.0:
-            raise ValueError(f"DecisionSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
+            raise ValueError(f"AcceptanceSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
 
 
 @dataclass(frozen=True)
-class Decision:
+class Verdict:
     """The verdict; ``reason`` is None where it is accepted."""
 
     accepted: bool
@@ -75,7 +77,7 @@ class Decision:
     reason: str | None
 
 
-def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings()) -> Decision:
+def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings()) -> Verdict:
     """Accept where the answer is sure enough and nothing that must be there is missing.
 
     The confidence is the chance that the place is the right one, times that of its being told exactly enough; it rises
@@ -88,43 +90,43 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
             odds, reason = min(odds, value / needed - 1.0 - MISSING), missing
             break
     place = float(expit(odds))
-    confidence = place * evidence.exactness
+    confidence = place * evidence.precision_probability
     if place >= settings.min_confidence:
         reason = INEXACT
     accepted = confidence >= settings.min_confidence
-    return Decision(accepted, confidence, None if accepted else reason)
+    return Verdict(accepted, confidence, None if accepted else reason)
 
 
-def lead_of(evidence: Evidence) -> float:
+def margin(evidence: Evidence) -> float:
     """By how much the answer agrees better than its best rival; not negative."""
-    return max(0.0, evidence.agreement - evidence.rival_agreement)
+    return max(0.0, evidence.score - evidence.second_best_score)
 
 
 def features(evidence: Evidence, settings: AcceptanceSettings) -> tuple[float, float]:
-    """What ``lead`` and, with a minus, ``contradiction`` weigh."""
-    contradiction = (evidence.walls_deep_in_free or 0.0) * evidence.overlap
-    return min(lead_of(evidence), settings.enough_lead), min(contradiction, settings.enough_contradiction)
+    """Return the margin and the contradiction that the weights multiply, each cut at its cap."""
+    contradiction = (evidence.deep_free_space_violation or 0.0) * evidence.overlap
+    return min(margin(evidence), settings.margin_cap), min(contradiction, settings.contradiction_cap)
 
 
 def _log_odds(evidence: Evidence, settings: AcceptanceSettings) -> float:
-    lead, contradiction = features(evidence, settings)
-    return settings.lead * lead - settings.contradiction * contradiction - settings.threshold
+    margin_, contradiction = features(evidence, settings)
+    return settings.margin_weight * margin_ - settings.contradiction_weight * contradiction - settings.threshold
 
 
 def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[str, float, float], ...]:
     return (
-        (BARE, evidence.matched_walls_cells, settings.min_matched_walls_cells),
-        (ONE_WAY, evidence.spread, settings.min_spread),
+        (BARE, evidence.inlier_length_cells, settings.min_inlier_length_cells),
+        (ONE_WAY, evidence.normal_isotropy, settings.min_normal_isotropy),
         (OVERLAP, evidence.overlap, settings.min_overlap),
-        (_lacking(evidence, settings), evidence.agreement, settings.min_agreement),
-        (RIVAL, lead_of(evidence), settings.min_margin * evidence.agreement),
+        (_lacking(evidence, settings), evidence.score, settings.min_score),
+        (RIVAL, margin(evidence), settings.min_relative_margin * evidence.score),
     )
 
 
 def _lacking(evidence: Evidence, settings: AcceptanceSettings) -> str:
-    without_rival = min(evidence.agreement, settings.enough_lead)
-    if lead_of(evidence) < without_rival and evidence.agreement >= settings.min_agreement:
+    without_rival = min(evidence.score, settings.margin_cap)
+    if margin(evidence) < without_rival and evidence.score >= settings.min_score:
         return RIVAL
-    share = evidence.walls_on_walls or 0.0
-    by_contradiction, by_little_overlap = 1.0 - share**2, share**2 - evidence.agreement
+    share = evidence.wall_inlier_ratio or 0.0
+    by_contradiction, by_little_overlap = 1.0 - share**2, share**2 - evidence.score
     return CONTRADICTION if by_contradiction > by_little_overlap else OVERLAP

@@ -31,7 +31,7 @@ CELL_NOISE = 0.3
 
 STRAIGHT = 0.08
 """Where the matched walls face one way but for this share, what they seem to say of shifts along themselves is the
-raggedness of their cells; as ``min_spread`` in ``AcceptanceSettings``."""
+raggedness of their cells; as ``min_normal_isotropy`` in ``AcceptanceSettings``."""
 
 MOST_POINTS = 4000
 
@@ -64,7 +64,7 @@ class Uncertainty:
         return np.array_equal(self.centre, other.centre) and np.array_equal(self.covariance, other.covariance)
 
     @property
-    def exactness(self) -> float:
+    def precision_probability(self) -> float:
         """The chance that neither turn nor growth is off by more than an answer that counts as right may be."""
         turn, growth = np.sqrt(np.diag(self.covariance)[2:]).tolist()
         return _chance_within(RIGHT_YAW, turn) * _chance_within(RIGHT_GROWTH, growth)

@@ -26,33 +26,47 @@ TOLERANCE_CELLS = 1.5
 class WallOverlap:
     """Wall lengths under one transform by one tolerance, the mean of both directions, in cells of the coarser map.
 
-    ``on_walls`` lies within ``tolerance`` of surface of the other map that faces the same way. ``opposed`` lies just in
-    front of surface that faces the other way; just behind it, the two may be both sides of a thin wall, which says
-    nothing. ``in_free`` lies deeper than the tolerance in the other's free space; ``smaller`` is all
-    the surface of the map that has less. ``spread`` (0 to 1/2) is the lesser share of the directions that the walls
-    on walls face, by the loosest tolerance: 0 in a bare corridor, whose answer may slide along.
+    - ``inlier_length``: walls within ``tolerance`` of a wall of the other map with the same orientation;
+    - ``opposed_length``: walls just in front of one with the opposite orientation. (Just behind it the two may be both
+      sides of a thin wall, and count as nothing.);
+    - ``violation_length``: walls deeper than the tolerance in the other map's free space;
+    - ``shorter_length``: all walls of the map that has less;
+    - ``normal_isotropy``: smaller share, 0 to 1/2, of the two principal directions of the inliers' normals, by the
+      loosest tolerance: 0 in a bare corridor, where the answer may slide along the walls.
     """
 
     tolerance: float
-    on_walls: float
-    opposed: float
-    in_free: float
-    smaller: float
-    spread: float
+    inlier_length: float
+    opposed_length: float
+    violation_length: float
+    shorter_length: float
+    normal_isotropy: float
 
     @property
-    def judged(self) -> float:
-        """The length on which the other map has an opinion."""
-        return self.on_walls + self.opposed + self.in_free
+    def compared_length(self) -> float:
+        """Length of the walls that the other map confirms or contradicts."""
+        return self.inlier_length + self.opposed_length + self.violation_length
 
     @property
-    def agreement(self) -> float:
-        """The number to rank by, 0 to 1: agreeing share of the judged walls, squared, times the cube root of the
-        agreeing share of all: contradiction weighs more than little overlap.
+    def inlier_ratio(self) -> float | None:
+        """``inlier_length`` as a share of ``compared_length``; None where nothing is compared."""
+        return self.inlier_length / self.compared_length if self.compared_length > 0.0 else None
+
+    @property
+    def violation_ratio(self) -> float | None:
+        """``violation_length`` as a share of ``compared_length``; None where nothing is compared."""
+        return self.violation_length / self.compared_length if self.compared_length > 0.0 else None
+
+    @property
+    def score(self) -> float:
+        """Alignment score, 0 to 1: the inlier ratio squared, times the cube root of the inliers' share of all walls.
+
+        So contradiction costs more than little overlap.
         """
-        if self.on_walls == 0.0:
+        if self.inlier_length == 0.0:
             return 0.0
-        return (self.on_walls / self.judged) ** 2 * math.cbrt(min(1.0, self.on_walls / self.smaller))
+        share = min(1.0, self.inlier_length / self.shorter_length)
+        return (self.inlier_length / self.compared_length) ** 2 * math.cbrt(share)
 
 
 def tolerance_cells(
@@ -93,12 +107,12 @@ def _compared(
     there, scatter = _lay(target, source, target_from_source, tolerances, most_points)
     back, scatter_back = _lay(source, target, target_from_source.inverse(), tolerances / scale, most_points)
     coarser = max(1.0, scale)
-    spread = _lesser_share(scatter * scale + _turned(scatter_back, target_from_source.yaw))
-    smaller = min(scale * len(source.points), float(len(target.points))) / coarser
+    isotropy = _lesser_share(scatter * scale + _turned(scatter_back, target_from_source.yaw))
+    shorter = min(scale * len(source.points), float(len(target.points))) / coarser
     lengths = (scale * there + back) / (2.0 * coarser)
     return tuple(
-        WallOverlap(tolerance / coarser, on_walls, opposed, in_free, smaller, spread)
-        for tolerance, (on_walls, opposed, in_free) in zip(tolerances.tolist(), lengths.tolist(), strict=True)
+        WallOverlap(tolerance / coarser, inlier, opposed, violation, shorter, isotropy)
+        for tolerance, (inlier, opposed, violation) in zip(tolerances.tolist(), lengths.tolist(), strict=True)
     )
 
 

@@ -285,7 +285,7 @@ def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
     maps, _ = two_maps(equal_rooms(), seed, (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7))))
     pair = quilted(maps).pairs[0]
     assert (pair.accepted, pair.reason) == (False, RIVAL)
-    assert pair.evidence.walls_on_walls > 0.8  # nothing else would have refused it
+    assert pair.evidence.wall_inlier_ratio > 0.8  # nothing else would have refused it
 
 
 @pytest.mark.parametrize("scale", [ScaleRange.known(), ScaleRange.free()])
@@ -293,7 +293,7 @@ def test_a_hall_that_looks_the_same_turned_by_half_is_refused_and_says_so(scale)
     maps, _ = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     pair = quilted(maps, MergeSettings("quilt", scale=scale)).pairs[0]
     assert (pair.accepted, pair.reason) == (False, RIVAL)
-    assert pair.evidence.agreement > 0.8  # nothing else would have refused it
+    assert pair.evidence.score > 0.8  # nothing else would have refused it
 
 
 def test_a_hall_turned_by_half_is_listed_beside_the_hall_as_it_stands():
@@ -304,17 +304,17 @@ def test_a_hall_turned_by_half_is_listed_beside_the_hall_as_it_stands():
     turned = [math.degrees(abs(math.remainder(place.yaw - truth.yaw, math.tau))) for place in places]
     assert min(off) < 2.0
     assert max(turned[:2]) > 175.0
-    agreements = [other.agreement for other in pair.alternatives]
-    assert agreements == sorted(agreements, reverse=True)
-    assert pair.evidence.rival_agreement == agreements[0]
+    scores = [other.score for other in pair.alternatives]
+    assert scores == sorted(scores, reverse=True)
+    assert pair.evidence.second_best_score == scores[0]
 
 
 def test_the_least_confidence_is_what_decides(known):
     maps, _, result = known
     sure = result.pairs[0].confidence
     for least, accepted in ((sure, True), (math.nextafter(sure, 1.0), sure == 1.0)):
-        decision = AcceptanceSettings(min_confidence=least)
-        assert quilted(maps, MergeSettings("quilt", decision=decision)).pairs[0].accepted is accepted
+        acceptance = AcceptanceSettings(min_confidence=least)
+        assert quilted(maps, MergeSettings("quilt", acceptance=acceptance)).pairs[0].accepted is accepted
 
 
 def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():

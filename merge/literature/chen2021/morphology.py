@@ -81,7 +81,7 @@ class Morphology:
         for each in one_a_quarter(self.agreed(target, source, scale)):
             settled = icp(target.walls, source.walls, each.target_from_source, scale, self.icp)
             answer = believed_by_index(target.grid, source.grid, settled)
-            if answer.decision.confidence > best.decision.confidence:
+            if answer.verdict.confidence > best.verdict.confidence:
                 best = answer
         return best
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.pair.pipeline import PairAnswer
-from merge.verification.acceptance import Decision
+from merge.verification.acceptance import Verdict
 from merge.verification.cell_overlap import compare_cells
 
 NO_COMMON_CELL = "the maps have no known cell in common"
@@ -66,4 +66,4 @@ def believed_by_index(target: OccupancyGrid, source: OccupancyGrid, answer: Simi
     index = compare_cells(target, source, answer).acceptance_index
     collapsed = not 1.0 / MOST_TIMES_LARGER <= answer.scale <= MOST_TIMES_LARGER
     reason = NO_COMMON_CELL if index is None else COLLAPSED if collapsed else None
-    return PairAnswer(answer, None, Decision(reason is None, index or 0.0, reason))
+    return PairAnswer(answer, None, Verdict(reason is None, index or 0.0, reason))

@@ -29,8 +29,8 @@ def test_every_answer_has_its_row_and_its_verdict(made):
     assert [row["right"] for row in rows] == ["True", "True", ""] * 2
     assert [row["accepted"] for row in rows] == ["True", "True", "False"] * 2
     assert [row["negative"] for row in rows] == ["False", "False", "True"] * 2
-    assert all(row["agreement"] for row in rows[:2])
-    assert not any(row["agreement"] for row in rows[3:])
+    assert all(row["score"] for row in rows[:2])
+    assert not any(row["score"] for row in rows[3:])
     assert all(float(row["rotation_deg"]) < 0.5 for row in rows if row["rotation_deg"])
     assert rows[2]["reason"]
 

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mapquilt.benchmark.calibrate import decision_record
-from mapquilt.benchmark.fitting import fit_decision, judged_again
+from mapquilt.benchmark.calibrate import acceptance_record
+from mapquilt.benchmark.fitting import fit_acceptance, judged_again
 from mapquilt.benchmark.trial import Trial
 from mapquilt.cli.app import run
 from mapquilt.evaluation.calibration import calibration
@@ -18,7 +18,7 @@ from merge.records.result import Evidence
 from merge.verification.acceptance import AcceptanceSettings, decide
 from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
 
-TRUE = AcceptanceSettings(lead=24.0, contradiction=90.0, threshold=2.0)
+TRUE = AcceptanceSettings(margin_weight=24.0, contradiction_weight=90.0, threshold=2.0)
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 0.01, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)
 
 
@@ -27,37 +27,40 @@ def drawn(number: int, seed: int = 0, **fields: float) -> list[Trial]:
     rng = np.random.default_rng(seed)
     trials = []
     for _ in range(number):
-        agreement = rng.uniform(0.1, 1.0)
-        told = {"rival_agreement": agreement * rng.uniform(0.3, 1.1), "walls_deep_in_free": rng.uniform(0.0, 0.04)}
-        found = dataclasses.replace(EVIDENCE, agreement=agreement, **told | fields)
+        score = rng.uniform(0.1, 1.0)
+        measured = {
+            "second_best_score": score * rng.uniform(0.3, 1.1),
+            "deep_free_space_violation": rng.uniform(0.0, 0.04),
+        }
+        found = dataclasses.replace(EVIDENCE, score=score, **measured | fields)
         right = rng.random() < decide(found, TRUE).confidence
         trials.append(trial(pair(overlap=0.6), answer(True, GOOD if right else BAD, evidence=found)))
     return trials
 
 
 def test_the_constants_that_made_the_answers_are_found_again():
-    fitted = fit_decision(drawn(8000))
-    assert fitted.lead == pytest.approx(TRUE.lead, abs=1.5)
-    assert fitted.contradiction == pytest.approx(TRUE.contradiction, rel=0.2)
+    fitted = fit_acceptance(drawn(8000))
+    assert fitted.margin_weight == pytest.approx(TRUE.margin_weight, abs=1.5)
+    assert fitted.contradiction_weight == pytest.approx(TRUE.contradiction_weight, rel=0.2)
     assert fitted.threshold == pytest.approx(TRUE.threshold, abs=0.6)
     assert fitted.min_overlap == AcceptanceSettings().min_overlap
 
 
 def test_what_other_rules_refuse_is_left_out():
     trials = drawn(300)
-    assert fit_decision(trials + drawn(300, seed=2, overlap=0.01)) == fit_decision(trials)
+    assert fit_acceptance(trials + drawn(300, seed=2, overlap=0.01)) == fit_acceptance(trials)
 
 
 def test_pairs_that_other_rules_refuse_count_among_those_to_be_refused():
     """Where they are most of these, what is left of them is rare, and an answer the likelier right."""
 
     def negative(overlap: float, lead: float) -> Trial:
-        evidence = dataclasses.replace(EVIDENCE, rival_agreement=EVIDENCE.agreement - lead, overlap=overlap)
+        evidence = dataclasses.replace(EVIDENCE, second_best_score=EVIDENCE.score - lead, overlap=overlap)
         return trial(pair(negative=True), answer(False, None, evidence=evidence))
 
     hard = [negative(0.5, lead) for lead in np.linspace(0.07, 0.2, 50)]
     easy = [negative(0.01, 0.1)] * 450
-    alone, among = fit_decision(drawn(400) + hard), fit_decision(drawn(400) + hard + easy)
+    alone, among = fit_acceptance(drawn(400) + hard), fit_acceptance(drawn(400) + hard + easy)
     likelier = [decide(EVIDENCE, settings).confidence for settings in (alone, among)]
     assert likelier[0] < likelier[1]
     assert among.threshold < alone.threshold - 1.0
@@ -71,25 +74,25 @@ def test_a_right_place_told_inexactly_teaches_that_it_is_right():
         else t
         for t in drawn(300)
     ]
-    assert fit_decision(loose) == fit_decision(drawn(300))
+    assert fit_acceptance(loose) == fit_acceptance(drawn(300))
 
 
 def test_a_pair_that_two_places_fit_teaches_nothing():
     twofold = [dataclasses.replace(t, pair=pair(overlap=0.6, identifiable=False)) for t in drawn(300, seed=1)]
-    assert fit_decision(drawn(300) + twofold) == fit_decision(drawn(300))
+    assert fit_acceptance(drawn(300) + twofold) == fit_acceptance(drawn(300))
 
 
 def test_each_kind_of_pair_weighs_the_same_however_many_there_are():
     """Doubling the negatives, which weigh a third together, changes nothing."""
     negatives = [dataclasses.replace(t, pair=pair(negative=True)) for t in drawn(200, seed=1)]
     positives = drawn(200)
-    once, twice = fit_decision(positives + negatives), fit_decision(positives + negatives + negatives)
+    once, twice = fit_acceptance(positives + negatives), fit_acceptance(positives + negatives + negatives)
     assert dataclasses.astuple(once) == pytest.approx(dataclasses.astuple(twice), rel=1e-2)
 
 
 def test_answers_that_are_all_right_fit_nothing():
     with pytest.raises(ValueError, match="needs right and wrong answers"):
-        fit_decision([trial(pair(), answer(True, GOOD, evidence=EVIDENCE))])
+        fit_acceptance([trial(pair(), answer(True, GOOD, evidence=EVIDENCE))])
 
 
 def test_judging_again_moves_the_verdict_and_nothing_else():
@@ -103,10 +106,10 @@ def test_judging_again_moves_the_verdict_and_nothing_else():
 
 def test_the_record_fits_its_schema_and_bears_the_constants(tmp_path):
     trials = drawn(200)
-    fitted = fit_decision(trials)
-    write_record(tmp_path / "c.json", "calibration", decision_record(fitted, calibration(trials, 0)))
+    fitted = fit_acceptance(trials)
+    write_record(tmp_path / "c.json", "calibration", acceptance_record(fitted, calibration(trials, 0)))
     read = read_record(tmp_path / "c.json", "calibration")
-    assert AcceptanceSettings(**read["decision"]) == fitted
+    assert AcceptanceSettings(**read["acceptance"]) == fitted
     assert read["check"]["pairs"] == 200
 
 

@@ -12,6 +12,7 @@ import yaml
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.io.map_file import load_map, save_map
+from mapquilt.merging.merge_schema import OLD_SCHEMA, RENAMED, read_merge_record
 from mapquilt.merging.transforms_file import transforms_text
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import office_map, refused
@@ -68,6 +69,20 @@ def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_a
     assert command("merge", merged_two, "--add", grown) == 0
     assert sorted(matched) == [("a", "c"), ("b", "c")]
     assert [entry["name"] for entry in record(merged_two)["maps"]] == ["a", "b", "c"]
+
+
+def test_a_record_of_the_first_schema_is_read_with_the_new_names(merged_two: Path, tmp_path: Path) -> None:
+    new = record(merged_two)
+    old = json.loads(json.dumps(new)) | {"schema": OLD_SCHEMA}
+    for pair in old["pairs"]:
+        pair["evidence"] = {before: pair["evidence"][after] for before, after in RENAMED.items()} | {
+            name: value for name, value in pair["evidence"].items() if name not in RENAMED.values()
+        }
+        for other in pair["alternatives"]:
+            other["agreement"] = other.pop("score")
+    (tmp_path / "merge.json").write_text(json.dumps(old))
+    assert "walls_on_walls" in old["pairs"][0]["evidence"]
+    assert read_merge_record(tmp_path / "merge.json") == new
 
 
 def test_a_run_takes_another_map_and_is_scored_on_its_own(fresh_run: Path, tmp_path: Path) -> None:

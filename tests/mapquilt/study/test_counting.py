@@ -37,12 +37,12 @@ TRIAL = PairTrial(
     displacement_cells=2.0,
     displacement_of_diagonal=0.01,
     acceptance_index=0.9,
-    agreement=0.8,
-    rival_agreement=0.1,
+    score=0.8,
+    second_best_score=0.1,
     answer=(0.0, 0.0, 0.0, 1.0),
     truth=(0.0, 0.0, 0.0, 1.0),
     runner_up=None,
-    runner_up_agreement=None,
+    runner_up_score=None,
     maps="000/00",
 )
 

@@ -73,7 +73,7 @@ def test_refining_never_lowers_the_agreement(charts):
     for _ in range(6):
         start = Similarity2(*rng.uniform(-100, 300, 2), rng.uniform(-3, 3), rng.uniform(0.5, 1.0))
         found = refine(target, source, start, ScaleRange.free())
-        before, after = (measure_wall_overlap(target, source, answer, 2000).agreement for answer in (start, found))
+        before, after = (measure_wall_overlap(target, source, answer, 2000).score for answer in (start, found))
         assert after >= before - 0.0051
 
 

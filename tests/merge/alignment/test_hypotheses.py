@@ -14,12 +14,14 @@ from merge.proposers.proposer import Proposal
 from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap
 from tests.merge.rooms import cave, rooms, two_charts
 
-LAID = WallOverlap(tolerance=5.0, on_walls=0.0, opposed=0.0, in_free=0.0, smaller=1000.0, spread=0.4)
+LAID = WallOverlap(
+    5.0, inlier_length=0.0, opposed_length=0.0, violation_length=0.0, shorter_length=1e3, normal_isotropy=0.4
+)
 
 
-def candidate(*on_walls):
+def candidate(*inlier_length):
     """A candidate of whose 1000 cells of wall so many lie on walls, by tolerance, the others in free space."""
-    laid = tuple(dataclasses.replace(LAID, on_walls=on, in_free=1000.0 - on) for on in on_walls)
+    laid = tuple(dataclasses.replace(LAID, inlier_length=on, violation_length=1000.0 - on) for on in inlier_length)
     return Hypothesis(Similarity2(), laid, Proposal(Similarity2()))
 
 
@@ -35,7 +37,7 @@ def test_crisp_maps_are_judged_by_the_tightest_tolerance_and_bent_ones_by_the_lo
 
 
 def test_a_place_that_only_resembles_the_right_one_comes_second():
-    assert ALIKE.walls.agreement > CRISP.walls.agreement  # by the loosest tolerance it would come first
+    assert ALIKE.walls.score > CRISP.walls.score  # by the loosest tolerance it would come first
     assert best_first([ALIKE, CRISP]) == [CRISP, ALIKE]
 
 

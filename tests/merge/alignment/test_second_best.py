@@ -3,7 +3,7 @@ import math
 import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.second_best import rival_proposals
+from merge.alignment.second_best import second_best_proposals
 from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import CELL, equal_rooms, hall, observed, viewpoints
 
@@ -17,7 +17,7 @@ def test_the_next_room_of_a_row_is_a_rival():
     part = viewpoints(world, rng, (4.3, 0.3), (19.5, 11.7), number=30)
     chart = PreparedMap(observed(world, part, Similarity2(), rng))
     pitch = 4.0 / CELL
-    proposals = rival_proposals(chart, chart, Similarity2.identity())
+    proposals = second_best_proposals(chart, chart, Similarity2.identity())
     for shift in (pitch, -pitch):
         assert off(proposals, Similarity2(shift), chart.points) < 4.0
 
@@ -28,4 +28,4 @@ def test_a_hall_turned_by_half_is_its_own_rival():
     chart = PreparedMap(grid)
     low, high = chart.points.min(axis=0), chart.points.max(axis=0)
     half_turn = Similarity2(*(low + high), math.pi)
-    assert off(rival_proposals(chart, chart, Similarity2.identity()), half_turn, chart.points) < 4.0
+    assert off(second_best_proposals(chart, chart, Similarity2.identity()), half_turn, chart.points) < 4.0

@@ -35,7 +35,7 @@ def test_a_piece_is_found_in_its_whole_and_believed(turned):
     method = Icp()
     maps = method.describe(whole), method.describe(piece)
     answer = method.published(*maps, ScaleRange.known(), np.random.default_rng(0))
-    assert answer.decision.accepted
+    assert answer.verdict.accepted
     assert off_share(answer.target_from_source, truth, piece) < 0.002
 
 
@@ -43,9 +43,9 @@ def test_where_half_lies_outside_the_error_stays_large_and_nothing_is_believed()
     target, source, _ = crisp_pair()
     method = Icp(rotations=6)
     maps = method.describe(target), method.describe(source)
-    decision = method.published(*maps, ScaleRange.known(), np.random.default_rng(0)).decision
-    assert not decision.accepted
-    assert "RMS distance" in decision.reason
+    verdict = method.published(*maps, ScaleRange.known(), np.random.default_rng(0)).verdict
+    assert not verdict.accepted
+    assert "RMS distance" in verdict.reason
 
 
 @pytest.mark.parametrize("size", [1.0, 1.7])

@@ -12,8 +12,8 @@ def test_a_crisp_pair_is_found_and_believed(scale):
     method = PlainOrb()
     maps = method.describe(target), method.describe(source)
     answer = method.published(*maps, ScaleRange.free(), np.random.default_rng(0))
-    assert answer.decision.accepted
-    assert answer.decision.confidence > 0.5
+    assert answer.verdict.accepted
+    assert answer.verdict.confidence > 0.5
     assert off_share(answer.target_from_source, truth, source) < 0.015
     (proposal,) = method.propose(*maps, ScaleRange(scale, scale), np.random.default_rng(0))
     assert off_share(proposal.target_from_source, truth, source) < 0.015
@@ -24,7 +24,7 @@ def test_its_own_rule_asks_for_ten_inliers():
     target, source, _ = crisp_pair()
     eager, strict = PlainOrb(min_inliers=1), PlainOrb(min_inliers=100_000)
     verdicts = [
-        m.published(m.describe(target), m.describe(source), ScaleRange.free(), np.random.default_rng(0)).decision
+        m.published(m.describe(target), m.describe(source), ScaleRange.free(), np.random.default_rng(0)).verdict
         for m in (eager, strict)
     ]
     assert [v.accepted for v in verdicts] == [True, False]
@@ -40,7 +40,7 @@ def test_nothing_is_found_on_a_blank_or_tiny_map():
         assert method.propose(*maps, ScaleRange.free(), np.random.default_rng(0)) == ()
         answer = method.published(*maps, ScaleRange.free(), np.random.default_rng(0))
         assert answer.target_from_source is None
-        assert not answer.decision.accepted
+        assert not answer.verdict.accepted
 
 
 def test_a_bad_setting_is_named():

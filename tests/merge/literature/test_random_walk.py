@@ -75,7 +75,7 @@ def test_a_crisp_pair_of_one_scale_is_found():
     method = RandomWalk(acceptance_index=0.95)
     maps = method.describe(target), method.describe(source)
     answer = method.published(*maps, ScaleRange.known(), np.random.default_rng(0))
-    assert answer.decision.accepted
+    assert answer.verdict.accepted
     assert off_share(answer.target_from_source, truth, source) < 0.01
 
 

@@ -20,13 +20,13 @@ def published(method, target, source, seed=0, scale=None):
 def test_a_crisp_pair_is_found_and_the_confidence_is_opencvs():
     target, source, truth = crisp_pair(1.0, 5)
     answer = published(Stitching(), target, source)
-    assert answer.decision.accepted
+    assert answer.verdict.accepted
     assert off_share(answer.target_from_source, truth, source) < 0.01
     method = Stitching()
     stitched = method._stitched(method.describe(target), method.describe(source), np.random.default_rng(0))
     inliers = stitched.matches.inliers
     assert stitched.confidence == pytest.approx(inliers.sum() / (8 + 0.3 * len(inliers)))
-    assert answer.decision.confidence == pytest.approx(stitched.confidence / (1 + stitched.confidence))
+    assert answer.verdict.confidence == pytest.approx(stitched.confidence / (1 + stitched.confidence))
 
 
 def test_proposals_keep_to_the_scale():
@@ -58,8 +58,8 @@ def test_the_seed_decides():
 def test_below_its_confidence_nothing_is_believed():
     target, source, _ = crisp_pair(1.0, 5)
     answer = published(Stitching(confidence=50.0), target, source)
-    assert not answer.decision.accepted
-    assert "OpenCV's confidence is" in answer.decision.reason
+    assert not answer.verdict.accepted
+    assert "OpenCV's confidence is" in answer.verdict.reason
 
 
 def test_nothing_is_found_on_a_blank_map():

@@ -36,7 +36,7 @@ def test_a_sure_answer_asks_no_further_proposer():
     truth = crisp_pair()[2]
     first, second = Fixed(truth), Fixed(truth)
     answer = merged(first, second)
-    assert answer.decision.accepted
+    assert answer.verdict.accepted
     assert not second.asked
 
 
@@ -52,11 +52,11 @@ def test_a_wrong_proposal_does_not_hide_a_right_one():
     _, source, truth = crisp_pair()
     wrong = Similarity2(40.0, 10.0, 0.5) @ truth
     answer = merged(Fixed(wrong), Fixed(truth))
-    assert answer.decision.accepted
+    assert answer.verdict.accepted
     assert off_share(answer.target_from_source, truth, source) < 0.005
 
 
 def test_where_nobody_proposes_nothing_is_accepted():
     answer = merged(Fixed(), Fixed())
     assert answer.target_from_source is None
-    assert answer.decision.reason == NOTHING_PROPOSED
+    assert answer.verdict.reason == NOTHING_PROPOSED

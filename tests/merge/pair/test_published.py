@@ -62,18 +62,18 @@ def test_a_method_without_an_answer_of_its_own_is_refused():
 
 @pytest.mark.parametrize(("score", "accepted"), [(0.0, False), (9.9, False), (10.0, True), (1e9, True)])
 def test_confidence_is_one_half_at_the_threshold_and_rises_with_the_score(score, accepted):
-    decision = judged(Similarity2(), "the score", score, 10.0).decision
-    assert decision.accepted is accepted
-    assert (decision.confidence >= 0.5) is accepted
-    assert (decision.reason is None) is accepted
-    assert decision.confidence <= judged(Similarity2(), "the score", score + 1.0, 10.0).decision.confidence
+    verdict = judged(Similarity2(), "the score", score, 10.0).verdict
+    assert verdict.accepted is accepted
+    assert (verdict.confidence >= 0.5) is accepted
+    assert (verdict.reason is None) is accepted
+    assert verdict.confidence <= judged(Similarity2(), "the score", score + 1.0, 10.0).verdict.confidence
 
 
 def test_nothing_found_is_a_refusal_with_a_reason():
     answer = nothing_found()
     assert answer.target_from_source is None
-    assert not answer.decision.accepted
-    assert answer.decision.reason
+    assert not answer.verdict.accepted
+    assert answer.verdict.reason
 
 
 def odd_maps():
@@ -103,7 +103,7 @@ def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name)
     (proposer,) = PROPOSERS[name]
     for target, source in zip(described, (*described[1:], described[0]), strict=True):
         answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))
-        assert 0.0 <= answer.decision.confidence <= 1.0
-        assert answer.decision.accepted is (answer.decision.reason is None)
+        assert 0.0 <= answer.verdict.confidence <= 1.0
+        assert answer.verdict.accepted is (answer.verdict.reason is None)
         proposals = proposer.propose(target, source, ScaleRange.known(), np.random.default_rng(0))
         assert all(proposal.target_from_source.scale == pytest.approx(1.0) for proposal in proposals)

@@ -121,7 +121,7 @@ def test_without_any_wall_on_a_wall_only_the_size_of_the_maps_is_known(crisp):
 
 def test_exactness_is_the_share_of_draws_that_count_as_right():
     sigma = math.radians(1.5), 0.02
-    told = Uncertainty(np.zeros(2), np.diag([9.0, 9.0, sigma[0] ** 2, sigma[1] ** 2])).exactness
+    told = Uncertainty(np.zeros(2), np.diag([9.0, 9.0, sigma[0] ** 2, sigma[1] ** 2])).precision_probability
     turn, growth = np.random.default_rng(0).laplace(size=(2, 200_000)) * np.array(sigma)[:, None] / math.sqrt(2.0)
     right = (np.abs(np.degrees(turn)) < 2.0) & (np.abs(growth) < math.log(1.03))
     assert told == pytest.approx(right.mean(), abs=0.005)
@@ -129,4 +129,4 @@ def test_exactness_is_the_share_of_draws_that_count_as_right():
 
 def test_a_known_scale_takes_nothing_from_exactness():
     known = Uncertainty(np.zeros(2), np.diag([1.0, 1.0, 1e-8, 0.0]))
-    assert known.exactness == pytest.approx(1.0)
+    assert known.precision_probability == pytest.approx(1.0)

@@ -54,22 +54,22 @@ def test_both_sides_of_a_wall_thinner_than_the_tolerance_find_their_own():
     thin = chart(values)
     assert tolerance_cells(thin, thin, 1.0) > 2.0
     walls = measure_wall_overlap(thin, thin, Similarity2(0.0, 1.5))
-    assert walls.on_walls > 0.95 * len(thin.points)
-    assert walls.opposed == 0.0
+    assert walls.inlier_length > 0.95 * len(thin.points)
+    assert walls.opposed_length == 0.0
 
 
 def test_a_map_on_itself_agrees_wholly():
     walls = measure_wall_overlap(chart(room()), chart(room()), SAME)
-    assert walls.on_walls == len(chart(room()).points)
-    assert (walls.opposed, walls.in_free) == (0.0, 0.0)
-    assert walls.agreement == 1.0
+    assert walls.inlier_length == len(chart(room()).points)
+    assert (walls.opposed_length, walls.violation_length) == (0.0, 0.0)
+    assert walls.score == 1.0
 
 
 def test_a_room_half_as_large_stands_in_free_space():
     inner = room((30, 40))
     walls = measure_wall_overlap(chart(room()), chart(inner), Similarity2(20.0, 15.0))
-    assert walls.on_walls == 0.0
-    assert walls.in_free > 0.4 * len(chart(inner).points)
+    assert walls.inlier_length == 0.0
+    assert walls.violation_length > 0.4 * len(chart(inner).points)
 
 
 def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
@@ -77,23 +77,23 @@ def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
     from_below[:20], from_below[20:22] = 0, 100
     from_above[22:], from_above[20:22] = 0, 100
     walls = measure_wall_overlap(chart(from_below), chart(from_above), Similarity2(0.0, -2.0))
-    assert walls.on_walls == 0.0
-    assert walls.opposed == pytest.approx(60.0)  # each wall stands in the other's free space
+    assert walls.inlier_length == 0.0
+    assert walls.opposed_length == pytest.approx(60.0)  # each wall stands in the other's free space
     both_sides = measure_wall_overlap(chart(from_below), chart(from_above), Similarity2(0.0, -1.0))
-    assert (both_sides.on_walls, both_sides.opposed) == (0.0, 0.0)
+    assert (both_sides.inlier_length, both_sides.opposed_length) == (0.0, 0.0)
 
 
 def test_walls_that_all_run_one_way_have_no_spread_and_a_square_room_has_most():
     corridor = np.zeros((30, 90), dtype=int)
     corridor[:3] = corridor[-3:] = 100
-    assert measure_wall_overlap(chart(corridor), chart(corridor), SAME).spread == pytest.approx(
+    assert measure_wall_overlap(chart(corridor), chart(corridor), SAME).normal_isotropy == pytest.approx(
         0.0, abs=0.01
     )  # its open ends
     upright = chart(np.rot90(corridor, -1))
     turned = measure_wall_overlap(upright, chart(corridor), Similarity2(30.0, 0.0, math.pi / 2))
-    assert turned.agreement == pytest.approx(1.0) and turned.spread == pytest.approx(0.0, abs=0.01)
+    assert turned.score == pytest.approx(1.0) and turned.normal_isotropy == pytest.approx(0.0, abs=0.01)
     square = chart(room((60, 60)))
-    assert measure_wall_overlap(square, square, SAME).spread == pytest.approx(0.5)
+    assert measure_wall_overlap(square, square, SAME).normal_isotropy == pytest.approx(0.5)
 
 
 def test_swapping_the_maps_gives_the_same_lengths():
@@ -109,7 +109,7 @@ def test_swapping_the_maps_gives_the_same_lengths():
     one = dataclasses.asdict(measure_wall_overlap(a, b, there))
     other = dataclasses.asdict(measure_wall_overlap(b, a, there.inverse()))
     assert one == pytest.approx(other, rel=1e-3)
-    assert one["on_walls"] > 0.0
+    assert one["inlier_length"] > 0.0
 
 
 def test_the_tolerance_is_one_and_a_half_cells_of_the_coarser_map_or_a_share_of_the_smaller():
@@ -123,4 +123,4 @@ def test_the_tolerance_is_one_and_a_half_cells_of_the_coarser_map_or_a_share_of_
 
 def test_blank_maps_agree_on_nothing():
     walls = measure_wall_overlap(chart(np.full((5, 5), -1)), chart(np.zeros((1, 1))), SAME)
-    assert walls.agreement == 0.0 and walls.judged == 0.0 and not math.isnan(walls.spread)
+    assert walls.score == 0.0 and walls.compared_length == 0.0 and not math.isnan(walls.normal_isotropy)

@@ -22,8 +22,8 @@ def test_the_first_proposal_and_the_answer_as_published_are_the_truth(size, scal
     assert off_share(method.propose(*maps, scale, RNG)[0].target_from_source, truth, source) < 0.004
     answer = method.published(*maps, scale, RNG)
     assert off_share(answer.target_from_source, truth, source) < 0.004
-    assert answer.decision.accepted
-    assert answer.decision.confidence > 0.95
+    assert answer.verdict.accepted
+    assert answer.verdict.confidence > 0.95
     assert answer.evidence is None
 
 
@@ -57,7 +57,7 @@ def test_blank_maps_are_proposed_nothing_and_refused():
     full, bare = method.describe(crisp_pair()[0]), method.describe(blank())
     for maps in ((full, bare), (bare, full), (bare, bare)):
         assert method.propose(*maps, ScaleRange.free(), RNG) == ()
-        assert not method.published(*maps, ScaleRange.free(), RNG).decision.accepted
+        assert not method.published(*maps, ScaleRange.free(), RNG).verdict.accepted
 
 
 def test_the_first_of_each_quarter_is_kept():

@@ -47,7 +47,7 @@ def test_without_two_distinct_matches_there_is_no_similarity():
 )
 def test_what_shares_nothing_or_shrinks_a_map_to_nothing_is_not_believed(answer, reason):
     target, source, truth = crisp_pair()
-    assert believed_by_index(target.grid, source.grid, truth).decision.accepted
-    refused = believed_by_index(target.grid, source.grid, answer).decision
+    assert believed_by_index(target.grid, source.grid, truth).verdict.accepted
+    refused = believed_by_index(target.grid, source.grid, answer).verdict
     assert not refused.accepted
     assert reason in refused.reason

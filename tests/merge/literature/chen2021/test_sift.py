@@ -46,8 +46,8 @@ def test_as_published_the_answer_is_that_of_one_sample_and_its_index_the_confide
     here = method.matched(target, source)[1]
     assert np.abs(answer.target_from_source.apply(here) - truth.apply(here)).max() < 6.0
     assert answer.target_from_source.scale != 1.0  # free, whatever the range
-    assert answer.decision.accepted
-    assert 0.9 < answer.decision.confidence <= 1.0
+    assert answer.verdict.accepted
+    assert 0.9 < answer.verdict.confidence <= 1.0
 
 
 def test_the_ratio_test_by_hand():

@@ -1,0 +1,67 @@
+"""Reasons why an answer was refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Reason(Enum):
+    """A reason for a refusal. The value is a stable identifier; ``Refusal`` has the text for people."""
+
+    NOTHING_PROPOSED = "nothing_proposed"
+    LITTLE_STRUCTURE = "little_structure"
+    PARALLEL_WALLS = "parallel_walls"
+    LITTLE_OVERLAP = "little_overlap"
+    FREE_SPACE_VIOLATION = "free_space_violation"
+    AMBIGUOUS = "ambiguous"
+    IMPRECISE = "imprecise"
+    OTHER_SCALE = "other_scale"
+    CONTRADICTS_PRIOR = "contradicts_prior"
+    CONTRADICTS_TEAM = "contradicts_team"
+    NO_PREDICTED_OVERLAP = "no_predicted_overlap"
+    NOT_SELECTED = "not_selected"
+    NO_PUBLISHED_ANSWER = "no_published_answer"
+    PUBLISHED_RULE = "published_rule"
+
+
+_TEXTS = {
+    Reason.NOTHING_PROPOSED: "nothing was proposed",
+    Reason.LITTLE_STRUCTURE: "too little structure",
+    Reason.PARALLEL_WALLS: (
+        "too little structure: the walls in common all run one way, and the answer may slide along them"
+    ),
+    Reason.LITTLE_OVERLAP: "too little overlap",
+    Reason.FREE_SPACE_VIOLATION: "walls contradict free space",
+    Reason.AMBIGUOUS: "two answers equally good",
+    Reason.IMPRECISE: "the place is found, but too little structure in common to tell it exactly",
+    Reason.OTHER_SCALE: "fits only at another scale than the maps state",
+    Reason.CONTRADICTS_PRIOR: "contradicts the given start poses",
+    Reason.CONTRADICTS_TEAM: "contradicts the rest of the team",
+    Reason.NO_PREDICTED_OVERLAP: "not tried: they share too little where the team puts them",
+    Reason.NOT_SELECTED: "not tried: other pairs of these maps promised more",
+    Reason.NO_PUBLISHED_ANSWER: "the method found nothing",
+    Reason.PUBLISHED_RULE: "",
+}
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A reason, and a detail that its text ends with: the scale that would fit, the score of a published method."""
+
+    reason: Reason
+    detail: str = ""
+
+    def __str__(self) -> str:
+        return _TEXTS[self.reason] + self.detail
+
+    @staticmethod
+    def from_text(text: str) -> Refusal:
+        """Parse the text of a refusal, as records hold it. A text of no known reason is that of a published rule."""
+        for reason, known in _TEXTS.items():
+            if text == known:
+                return Refusal(reason)
+        other_scale = _TEXTS[Reason.OTHER_SCALE]
+        if text.startswith(other_scale):
+            return Refusal(Reason.OTHER_SCALE, text.removeprefix(other_scale))
+        return Refusal(Reason.PUBLISHED_RULE, text)
