@@ -129,7 +129,7 @@ def _answer(
         source=team.maps.names[source],
         accepted=True,
         confidence=float(rng.uniform(0.7, 1.0)),
-        reason=None,
+        refusal=None,
         target_from_source=found,
         target_from_source_pixels=None,
         unit="m",

@@ -62,7 +62,8 @@ def _decided(answer: Answer, settings: AcceptanceSettings) -> Answer:
     if answer.evidence is None:
         return answer
     verdict = decide(answer.evidence, settings)
-    return dataclasses.replace(answer, accepted=verdict.accepted, confidence=verdict.confidence, reason=verdict.reason)
+    text = None if verdict.refusal is None else str(verdict.refusal)
+    return dataclasses.replace(answer, accepted=verdict.accepted, confidence=verdict.confidence, reason=text)
 
 
 def _open(trial: Trial, settings: AcceptanceSettings) -> list[Evidence]:

@@ -98,7 +98,7 @@ def _answer(pair: BenchmarkPair, maps: MapSet, settings: MergeSettings, seed: in
         settings.title,
         result.accepted,
         result.confidence,
-        result.reason,
+        result.reason_text,
         result.target_from_source,
         result.evidence,
         _error(pair, maps, result),

@@ -63,9 +63,9 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
 
 def _told(pair: PairResult) -> str:
     if pair.accepted and pair.decided_by != "pair":
-        alone = f", alone refused: {pair.pair_reason}" if pair.pair_reason else ""
+        alone = f", alone refused: {pair.pair_refusal}" if pair.pair_refusal else ""
         return f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}"
-    return _verdict(pair.accepted, pair.reason)
+    return _verdict(pair.accepted, pair.reason_text)
 
 
 def _against(pair: PairResult) -> str:

@@ -15,6 +15,7 @@ from mapquilt.json_file import similarity_from_record, similarity_record
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
+from merge.records.reason import Refusal
 from merge.records.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
 from merge.settings import MergeSettings
 
@@ -98,9 +99,9 @@ def _pair_record(pair: PairResult) -> dict[str, Any]:
         "source": pair.source,
         "accepted": pair.accepted,
         "confidence": pair.confidence,
-        "reason": pair.reason,
+        "reason": pair.reason_text,
         "decided_by": pair.decided_by,
-        "pair_reason": pair.pair_reason,
+        "pair_reason": None if pair.pair_refusal is None else str(pair.pair_refusal),
         "target_from_source": None if transform is None else similarity_record(transform),
         "unit": pair.unit,
         "target_from_source_pixels": None if pixels is None else pixels.tolist(),
@@ -123,7 +124,7 @@ def read_pair(entry: dict[str, Any]) -> PairResult:
         source=entry["source"],
         accepted=entry["accepted"],
         confidence=entry["confidence"],
-        reason=entry["reason"],
+        refusal=_read_refusal(entry["reason"]),
         target_from_source=None if transform is None else similarity_from_record(transform),
         target_from_source_pixels=None if pixels is None else np.array(pixels),
         unit=entry["unit"],
@@ -134,8 +135,12 @@ def read_pair(entry: dict[str, Any]) -> PairResult:
             for other in entry["alternatives"]
         ),
         decided_by=entry["decided_by"],
-        pair_reason=entry["pair_reason"],
+        pair_refusal=_read_refusal(entry["pair_reason"]),
     )
+
+
+def _read_refusal(text: str | None) -> Refusal | None:
+    return None if text is None else Refusal.from_text(text)
 
 
 @dataclass(frozen=True)

@@ -231,7 +231,7 @@ def _trial(
         accepted=pair.accepted,
         right=error is not None and RIGHT.holds(error),
         confidence=pair.confidence,
-        reason=pair.reason,
+        reason=pair.reason_text,
         rotation_deg=None if error is None else error.rotation_deg,
         scale_percent=None if error is None else error.scale_percent,
         displacement_m=moved.displacement_m,

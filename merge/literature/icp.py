@@ -15,6 +15,7 @@ from merge.pair.pipeline import PairAnswer
 from merge.pair.published import nothing_found
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal
+from merge.records.reason import Reason, Refusal
 from merge.verification.acceptance import Verdict
 from merge.verification.cell_overlap import centres
 
@@ -82,8 +83,9 @@ class Icp:
             return nothing_found()
         turns, shifts, errors = self._ended(target, source, scale.middle)
         rms, most = math.sqrt(errors[0]), self.most_rms_cells
-        reason = None if rms <= most else f"the RMS distance is {rms:.1f} cells, {most:g} are allowed"
-        return PairAnswer(_similarity(turns[0], shifts[0]), None, Verdict(rms <= most, most / (most + rms), reason))
+        text = f"the RMS distance is {rms:.1f} cells, {most:g} are allowed"
+        refusal = None if rms <= most else Refusal(Reason.PUBLISHED_RULE, text)
+        return PairAnswer(_similarity(turns[0], shifts[0]), None, Verdict(rms <= most, most / (most + rms), refusal))
 
     def _ended(self, target: Shape, source: Shape, size: float) -> tuple[Complex, Complex, NDArray[np.float64]]:
         """Turn and shift of every state at its end, and mean square distance [cells of the target], sorted by it."""

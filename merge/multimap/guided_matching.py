@@ -10,12 +10,9 @@ from merge.multimap.edge import Edge, LocalFrame, edge_of
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.matching import PairTask, process_feature_cache, told
 from merge.pair.pipeline import answer_near
-from merge.records.prior import CONTRADICTS_PRIOR, Expected
+from merge.records.prior import Expected
+from merge.records.reason import Reason, Refusal
 from merge.records.result import DecidedBy, PairResult
-
-AGAINST_TEAM = "contradicts the rest of the team"
-NO_OVERLAP = "not tried: they share too little where the team puts them"
-NOT_PROMISING = "not tried: other pairs of these maps promised more"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,31 +39,31 @@ def match_near(task: NearTask, shelf: FeatureCache | None = None) -> PairResult:
     return told(pair, answer_near(*sheets, places, scale, pair.settings.acceptance), sheets)
 
 
-def refused(pair: PairResult, reason: str, by: DecidedBy) -> PairResult:
+def refused(pair: PairResult, reason: Reason, by: DecidedBy) -> PairResult:
     """An accepted answer that others contradict."""
-    return dataclasses.replace(pair, accepted=False, reason=reason, decided_by=by)
+    return dataclasses.replace(pair, accepted=False, refusal=Refusal(reason), decided_by=by)
 
 
 def won(before: PairResult | None, now: PairResult, by: DecidedBy) -> PairResult:
     """An answer that the team explains, in place of a refusal, whose reason it keeps."""
-    reason = None if before is None else before.pair_reason or before.reason
-    return dataclasses.replace(now, decided_by=by, pair_reason=reason)
+    reason = None if before is None else before.pair_refusal or before.refusal
+    return dataclasses.replace(now, decided_by=by, pair_refusal=reason)
 
 
-def not_tried(task: PairTask, reason: str) -> PairResult:
+def not_tried(task: PairTask, reason: Reason) -> PairResult:
     """What is told of a pair that was not matched."""
-    return PairResult(*task.names, False, 0.0, reason, None, None, task.units[0], None, decided_by="team")
+    return PairResult(*task.names, False, 0.0, Refusal(reason), None, None, task.units[0], None, decided_by="team")
 
 
 def by_itself(pair: PairResult) -> PairResult | None:
     """What a pair was worth before the team was heard; None where it was not tried."""
     if pair.decided_by == "pair":
         return pair
-    if pair.reason in (AGAINST_TEAM, CONTRADICTS_PRIOR):
-        return dataclasses.replace(pair, accepted=True, reason=None, decided_by="pair")
-    if pair.pair_reason is not None:
+    if pair.reason in (Reason.CONTRADICTS_TEAM, Reason.CONTRADICTS_PRIOR):
+        return dataclasses.replace(pair, accepted=True, refusal=None, decided_by="pair")
+    if pair.pair_refusal is not None:
         return dataclasses.replace(
-            pair, accepted=False, reason=pair.pair_reason, pair_reason=None, decided_by="pair", confidence=0.0
+            pair, accepted=False, refusal=pair.pair_refusal, pair_refusal=None, decided_by="pair", confidence=0.0
         )
     return None
 

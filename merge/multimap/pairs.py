@@ -17,7 +17,8 @@ from merge.multimap.guided_matching import NearTask, match_near, refused, won
 from merge.multimap.pair_selection import PARTNERS, Pair, apart, in_blocks, in_order, partners, promises
 from merge.pair.feature_cache import FeatureCache
 from merge.pair.matching import PairTask, canonical_order, match, run_tasks
-from merge.records.prior import CONTRADICTS_PRIOR, Expected, expected_places
+from merge.records.prior import Expected, expected_places
+from merge.records.reason import Reason
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
 
@@ -118,7 +119,7 @@ class Pairs:
             if near.accepted and found is not None and expected.allows(found):
                 self.answers[pair] = won(before, near, "prior")
             elif before.accepted:
-                self.answers[pair] = refused(before, CONTRADICTS_PRIOR, "prior")
+                self.answers[pair] = refused(before, Reason.CONTRADICTS_PRIOR, "prior")
 
     def run(self, function: Callable[[Task, FeatureCache | None], Result], tasks: Sequence[Task]) -> list[Result]:
         self._planned += len(tasks)

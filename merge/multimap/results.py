@@ -70,4 +70,4 @@ def _why_not(name: str, told: Sequence[MergedGroup], pairs: Sequence[PairResult]
     with_others = next(group.reference_from_map for group in told if name in group.reference_from_map)
     beside = [one for one in with_others if one != name]
     instead = f"; joined with {', '.join(beside)} instead" if beside else ""
-    return f"with {other}: {nearest.reason}{instead}"
+    return f"with {other}: {nearest.reason_text}{instead}"

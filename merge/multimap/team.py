@@ -14,9 +14,6 @@ from merge.multimap.cluster_merging import LEAST_AGREEING, agreeing_refusals, bo
 from merge.multimap.consistency import consistent
 from merge.multimap.edge import Edge, LocalFrame
 from merge.multimap.guided_matching import (
-    AGAINST_TEAM,
-    NO_OVERLAP,
-    NOT_PROMISING,
     NearTask,
     edge,
     match_near,
@@ -29,6 +26,7 @@ from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.multimap.pair_selection import Pair
 from merge.multimap.pairs import Pairs
 from merge.pair.matching import PairTask, match
+from merge.records.reason import Reason
 from merge.records.result import PairResult
 
 ROUNDS = 2
@@ -146,7 +144,7 @@ class Team(Pairs):
         edges = []
         for pair, answer in zip(ordered, self.run(match_near, tasks), strict=True):
             if answer.target_from_source is not None and self._as_predicted(answer, group):
-                told = dataclasses.replace(answer, accepted=True, reason=None, confidence=confidence)
+                told = dataclasses.replace(answer, accepted=True, refusal=None, confidence=confidence)
                 self.answers[pair] = won(self.answers[pair], told, "team")
                 edges.append(self.edge(told))
         return tuple(edges)
@@ -181,9 +179,11 @@ class Team(Pairs):
     def _put_aside(self, pair: Pair, near: bool) -> None:
         answer = self.answers.get(pair)
         if answer is None:
-            self.answers[pair] = not_tried(self.task(pair), NOT_PROMISING if near else NO_OVERLAP)
+            self.answers[pair] = not_tried(
+                self.task(pair), Reason.NOT_SELECTED if near else Reason.NO_PREDICTED_OVERLAP
+            )
         elif answer.accepted:
-            self.answers[pair] = refused(answer, AGAINST_TEAM, "team")
+            self.answers[pair] = refused(answer, Reason.CONTRADICTS_TEAM, "team")
 
     def _tolerances(self) -> dict[Pair, float]:
         return {
@@ -198,8 +198,8 @@ class Team(Pairs):
         for pair in self.pairs():
             answer = self.answers.get(pair)
             if answer is None:
-                self.answers[pair] = not_tried(self.task(pair), NOT_PROMISING)
+                self.answers[pair] = not_tried(self.task(pair), Reason.NOT_SELECTED)
             elif answer.accepted and group_of[pair[0]] != group_of[pair[1]]:
-                self.answers[pair] = refused(answer, AGAINST_TEAM, "team")
+                self.answers[pair] = refused(answer, Reason.CONTRADICTS_TEAM, "team")
         in_order = sorted(self.answers, key=lambda pair: tuple(map(self.names.index, self.task(pair).names)))
         return [self.answers[pair] for pair in in_order]

@@ -22,11 +22,11 @@ from mapping.seeds import Role, stream
 from merge.methods import PROPOSERS, PUBLISHED
 from merge.pair.feature_cache import FeatureCache, Method, cell_width, map_cells_from_prepared, metres_from_prepared
 from merge.pair.pipeline import MapFeatures, PairAnswer, merge_pair
+from merge.records.reason import Reason
 from merge.records.result import Alternative, PairResult
 from merge.settings import MergeSettings
 from merge.verification.acceptance import Verdict
 
-OTHER_SCALE = "fits only at another scale than the maps state"
 SAME_SCALE = math.log(1.03)
 """What differs by less is no other scale."""
 
@@ -97,7 +97,7 @@ def _at_another_scale(task: PairTask, sheets: tuple[MapFeatures, MapFeatures]) -
     if found is None or abs(math.log(found.scale)) < SAME_SCALE:
         return None
     times = f", {found.scale:.3g} times that"
-    return replace(answer, verdict=Verdict(False, 0.0, OTHER_SCALE + times))
+    return replace(answer, verdict=Verdict.refuse(Reason.OTHER_SCALE, detail=times))
 
 
 @cache
@@ -198,7 +198,7 @@ def told(task: PairTask, answer: PairAnswer, sheets: tuple[MapFeatures, MapFeatu
         source=task.names[1],
         accepted=answer.verdict.accepted,
         confidence=answer.verdict.confidence,
-        reason=answer.verdict.reason,
+        refusal=answer.verdict.refusal,
         target_from_source=metric,
         target_from_source_pixels=None if found is None else in_pixels(found),
         unit=task.units[0],

@@ -22,12 +22,12 @@ from merge.alignment.hypotheses import (
 )
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposal, Proposer
+from merge.records.reason import Reason
 from merge.records.result import Evidence
-from merge.verification.acceptance import BARE, AcceptanceSettings, Verdict, decide, margin
+from merge.verification.acceptance import AcceptanceSettings, Verdict, decide, margin
 from merge.verification.cell_overlap import compare_cells
 from merge.verification.uncertainty import Uncertainty, uncertainty
 
-NOTHING_PROPOSED = "nothing was proposed"
 MIN_SURFACE_POINTS = 20
 FINALISTS = 4
 PROMISING = 0.25
@@ -98,9 +98,9 @@ def merge_pair(
     ``scale`` in cells of the target per cell of the source. ``proposers`` are those that described the sheets, or the
     first of them.
     """
-    answer = PairAnswer(None, None, Verdict(False, 0.0, NOTHING_PROPOSED))
+    answer = PairAnswer(None, None, Verdict.refuse(Reason.NOTHING_PROPOSED))
     if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
-        return PairAnswer(None, None, Verdict(False, 0.0, BARE))
+        return PairAnswer(None, None, Verdict.refuse(Reason.LITTLE_STRUCTURE))
     charts = target.chart, source.chart
     rough: list[Hypothesis] = []
     found: list[Hypothesis] = []
@@ -193,7 +193,7 @@ def answer_near(
     place far off is its rival."""
     charts = target.chart, source.chart
     if min(len(chart.points) for chart in charts) < MIN_SURFACE_POINTS:
-        return PairAnswer(None, None, Verdict(False, 0.0, BARE))
+        return PairAnswer(None, None, Verdict.refuse(Reason.LITTLE_STRUCTURE))
     rough = candidates(*charts, [Proposal(place) for place in places], scale)
     found = finished(*charts, rough[:FINALISTS], scale)
     return _best(*charts, found, scale, settings)

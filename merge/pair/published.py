@@ -10,11 +10,10 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.pair.pipeline import PairAnswer
 from merge.preparation.prepared_map import PreparedMap
+from merge.records.reason import Reason, Refusal
 from merge.verification.acceptance import Verdict
 
 Description = TypeVar("Description")
-
-NOTHING_FOUND = "the method found nothing"
 
 
 class Published(Protocol[Description]):
@@ -40,10 +39,11 @@ def judged(transform: Similarity2, name: str, score: float, threshold: float) ->
     The confidence s / (s + threshold) is 1/2 there; the reason of a refusal names the score.
     """
     accepted = score >= threshold
-    reason = None if accepted else f"{name} is {score:.3g}, {threshold:g} is needed"
-    return PairAnswer(transform, None, Verdict(accepted, score / (score + threshold), reason))
+    text = f"{name} is {score:.3g}, {threshold:g} is needed"
+    refusal = None if accepted else Refusal(Reason.PUBLISHED_RULE, text)
+    return PairAnswer(transform, None, Verdict(accepted, score / (score + threshold), refusal))
 
 
 def nothing_found() -> PairAnswer:
     """The answer of a method that found none."""
-    return PairAnswer(None, None, Verdict(False, 0.0, NOTHING_FOUND))
+    return PairAnswer(None, None, Verdict.refuse(Reason.NO_PUBLISHED_ANSWER))

@@ -24,8 +24,6 @@ STEP_SHARE = 0.04
 
 MOST_STARTS = 1500
 
-CONTRADICTS_PRIOR = "contradicts the given start poses"
-
 
 @dataclass(frozen=True)
 class Prior:

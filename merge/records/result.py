@@ -13,6 +13,7 @@ from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import Unit
+from merge.records.reason import Reason, Refusal
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class PairResult:
     ``target_from_source`` maps metres as the source states them to metres as the target states them (cells where a
     map is a bare picture; ``unit`` is that of x and y, the target's). ``target_from_source_pixels`` (2, 3) maps
     pixels of the images, y down. ``confidence`` (0 to 1) is the chance that the evidence gives it. A refused pair
-    says why in ``reason`` and keeps its best candidate; the transform, the pixels and the evidence are None only
+    says why in ``refusal`` and keeps its best candidate; the transform, the pixels and the evidence are None only
     where nothing was proposed, the evidence also where a method answered as published.
     """
 
@@ -81,7 +82,7 @@ class PairResult:
     source: str
     accepted: bool
     confidence: float
-    reason: str | None
+    refusal: Refusal | None
     target_from_source: Similarity2 | None
     target_from_source_pixels: NDArray[np.float64] | None
     unit: Unit
@@ -89,7 +90,17 @@ class PairResult:
     covariance: NDArray[np.float64] | None = None
     alternatives: tuple[Alternative, ...] = ()
     decided_by: DecidedBy = "pair"
-    pair_reason: str | None = None
+    pair_refusal: Refusal | None = None
+
+    @property
+    def reason(self) -> Reason | None:
+        """Reason of the refusal, None where the pair is accepted."""
+        return None if self.refusal is None else self.refusal.reason
+
+    @property
+    def reason_text(self) -> str | None:
+        """Reason of the refusal as a text for people."""
+        return None if self.refusal is None else str(self.refusal)
 
     def __post_init__(self) -> None:
         if self.covariance is not None:

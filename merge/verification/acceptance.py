@@ -7,15 +7,8 @@ from dataclasses import dataclass
 
 from scipy.special import expit
 
+from merge.records.reason import Reason, Refusal
 from merge.records.result import Evidence
-
-BARE = "too little structure"
-ONE_WAY = "too little structure: the walls in common all run one way, and the answer may slide along them"
-OVERLAP = "too little overlap"
-CONTRADICTION = "walls contradict free space"
-RIVAL = "two answers equally good"
-INEXACT = "the place is found, but too little structure in common to tell it exactly"
-
 
 MIN_CONFIDENCE = 0.6
 
@@ -70,11 +63,20 @@ class AcceptanceSettings:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict; ``reason`` is None where it is accepted."""
+    """Accept or refuse an answer; ``refusal`` is None where it is accepted."""
 
     accepted: bool
     confidence: float
-    reason: str | None
+    refusal: Refusal | None
+
+    @property
+    def reason(self) -> Reason | None:
+        """Reason of the refusal, None where the answer is accepted."""
+        return None if self.refusal is None else self.refusal.reason
+
+    @staticmethod
+    def refuse(reason: Reason, confidence: float = 0.0, detail: str = "") -> Verdict:
+        return Verdict(False, confidence, Refusal(reason, detail))
 
 
 def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings()) -> Verdict:
@@ -92,9 +94,9 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
     place = float(expit(odds))
     confidence = place * evidence.precision_probability
     if place >= settings.min_confidence:
-        reason = INEXACT
+        reason = Reason.IMPRECISE
     accepted = confidence >= settings.min_confidence
-    return Verdict(accepted, confidence, None if accepted else reason)
+    return Verdict(accepted, confidence, None if accepted else Refusal(reason))
 
 
 def margin(evidence: Evidence) -> float:
@@ -113,20 +115,20 @@ def _log_odds(evidence: Evidence, settings: AcceptanceSettings) -> float:
     return settings.margin_weight * margin_ - settings.contradiction_weight * contradiction - settings.threshold
 
 
-def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[str, float, float], ...]:
+def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[Reason, float, float], ...]:
     return (
-        (BARE, evidence.inlier_length_cells, settings.min_inlier_length_cells),
-        (ONE_WAY, evidence.normal_isotropy, settings.min_normal_isotropy),
-        (OVERLAP, evidence.overlap, settings.min_overlap),
+        (Reason.LITTLE_STRUCTURE, evidence.inlier_length_cells, settings.min_inlier_length_cells),
+        (Reason.PARALLEL_WALLS, evidence.normal_isotropy, settings.min_normal_isotropy),
+        (Reason.LITTLE_OVERLAP, evidence.overlap, settings.min_overlap),
         (_lacking(evidence, settings), evidence.score, settings.min_score),
-        (RIVAL, margin(evidence), settings.min_relative_margin * evidence.score),
+        (Reason.AMBIGUOUS, margin(evidence), settings.min_relative_margin * evidence.score),
     )
 
 
-def _lacking(evidence: Evidence, settings: AcceptanceSettings) -> str:
+def _lacking(evidence: Evidence, settings: AcceptanceSettings) -> Reason:
     without_rival = min(evidence.score, settings.margin_cap)
     if margin(evidence) < without_rival and evidence.score >= settings.min_score:
-        return RIVAL
+        return Reason.AMBIGUOUS
     share = evidence.wall_inlier_ratio or 0.0
     by_contradiction, by_little_overlap = 1.0 - share**2, share**2 - evidence.score
-    return CONTRADICTION if by_contradiction > by_little_overlap else OVERLAP
+    return Reason.FREE_SPACE_VIOLATION if by_contradiction > by_little_overlap else Reason.LITTLE_OVERLAP

@@ -13,9 +13,9 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange, merge_maps
 from merge.pair.feature_cache import FeatureCache
-from merge.pair.matching import OTHER_SCALE, PairTask, _at_another_scale
-from merge.pair.pipeline import NOTHING_PROPOSED
-from merge.verification.acceptance import BARE, CONTRADICTION, ONE_WAY, OVERLAP, RIVAL, AcceptanceSettings
+from merge.pair.matching import PairTask, _at_another_scale
+from merge.records.reason import Reason
+from merge.verification.acceptance import AcceptanceSettings
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 QUILT = MergeSettings(method="quilt")
@@ -140,7 +140,7 @@ def test_maps_that_fit_only_at_another_scale_than_they_state_are_refused_and_say
     frame = dataclasses.replace(maps.grids[1].frame, resolution=CELL / 1.6)
     pair = quilted(map_set((maps.grids[0], OccupancyGrid(frame, maps.grids[1].log_odds)))).pairs[0]
     assert not pair.accepted and pair.confidence == 0.0
-    assert pair.reason == f"{OTHER_SCALE}, 1.6 times that"
+    assert pair.reason is Reason.OTHER_SCALE and pair.reason_text.endswith(", 1.6 times that")
     np.testing.assert_allclose(
         pair.target_from_source_pixels, result.pairs[0].target_from_source_pixels, rtol=5e-3, atol=2.0
     )
@@ -261,7 +261,13 @@ def test_a_map_with_too_little_in_it_is_refused_whatever_it_meets(values, known)
         for grids in ((bare(values), other), (other, bare(values))):
             pair = quilted(map_set(grids, unit="cell")).pairs[0]
             assert not pair.accepted
-            assert pair.reason in (BARE, ONE_WAY, NOTHING_PROPOSED, CONTRADICTION, OVERLAP)
+            assert pair.reason in (
+                Reason.LITTLE_STRUCTURE,
+                Reason.PARALLEL_WALLS,
+                Reason.NOTHING_PROPOSED,
+                Reason.FREE_SPACE_VIOLATION,
+                Reason.LITTLE_OVERLAP,
+            )
 
 
 def test_noise_is_refused():
@@ -284,7 +290,7 @@ def two_maps(world, seed, parts, number=30):
 def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
     maps, _ = two_maps(equal_rooms(), seed, (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7))))
     pair = quilted(maps).pairs[0]
-    assert (pair.accepted, pair.reason) == (False, RIVAL)
+    assert (pair.accepted, pair.reason) == (False, Reason.AMBIGUOUS)
     assert pair.evidence.wall_inlier_ratio > 0.8  # nothing else would have refused it
 
 
@@ -292,7 +298,7 @@ def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
 def test_a_hall_that_looks_the_same_turned_by_half_is_refused_and_says_so(scale):
     maps, _ = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     pair = quilted(maps, MergeSettings("quilt", scale=scale)).pairs[0]
-    assert (pair.accepted, pair.reason) == (False, RIVAL)
+    assert (pair.accepted, pair.reason) == (False, Reason.AMBIGUOUS)
     assert pair.evidence.score > 0.8  # nothing else would have refused it
 
 
@@ -320,7 +326,7 @@ def test_the_least_confidence_is_what_decides(known):
 def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():
     maps, _ = two_maps(corridor(), 1, [((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))])
     pair = quilted(maps).pairs[0]
-    assert (pair.accepted, pair.reason) == (False, ONE_WAY)
+    assert (pair.accepted, pair.reason) == (False, Reason.PARALLEL_WALLS)
 
 
 @pytest.mark.parametrize("seed", [0, 1])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.pair.pipeline import PairAnswer
+from merge.records.reason import Reason, Refusal
 from merge.verification.acceptance import Verdict
 from merge.verification.cell_overlap import compare_cells
 
@@ -65,5 +66,6 @@ def believed_by_index(target: OccupancyGrid, source: OccupancyGrid, answer: Simi
     has an index at all, but for one that would shrink a map to nothing beside the other."""
     index = compare_cells(target, source, answer).acceptance_index
     collapsed = not 1.0 / MOST_TIMES_LARGER <= answer.scale <= MOST_TIMES_LARGER
-    reason = NO_COMMON_CELL if index is None else COLLAPSED if collapsed else None
-    return PairAnswer(answer, None, Verdict(reason is None, index or 0.0, reason))
+    text = NO_COMMON_CELL if index is None else COLLAPSED if collapsed else None
+    refusal = None if text is None else Refusal(Reason.PUBLISHED_RULE, text)
+    return PairAnswer(answer, None, Verdict(refusal is None, index or 0.0, refusal))

@@ -45,7 +45,7 @@ def test_where_half_lies_outside_the_error_stays_large_and_nothing_is_believed()
     maps = method.describe(target), method.describe(source)
     verdict = method.published(*maps, ScaleRange.known(), np.random.default_rng(0)).verdict
     assert not verdict.accepted
-    assert "RMS distance" in verdict.reason
+    assert "RMS distance" in str(verdict.refusal)
 
 
 @pytest.mark.parametrize("size", [1.0, 1.7])

@@ -28,8 +28,8 @@ def test_its_own_rule_asks_for_ten_inliers():
         for m in (eager, strict)
     ]
     assert [v.accepted for v in verdicts] == [True, False]
-    assert "inliers is" in verdicts[1].reason
-    assert "100000" in verdicts[1].reason.replace("1e+05", "100000")
+    assert "inliers is" in str(verdicts[1].refusal)
+    assert "100000" in str(verdicts[1].refusal).replace("1e+05", "100000")
 
 
 def test_nothing_is_found_on_a_blank_or_tiny_map():

@@ -59,7 +59,7 @@ def test_below_its_confidence_nothing_is_believed():
     target, source, _ = crisp_pair(1.0, 5)
     answer = published(Stitching(confidence=50.0), target, source)
     assert not answer.verdict.accepted
-    assert "OpenCV's confidence is" in answer.verdict.reason
+    assert "OpenCV's confidence is" in str(answer.verdict.refusal)
 
 
 def test_nothing_is_found_on_a_blank_map():

@@ -16,12 +16,12 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, merge_maps
 from merge.multimap.cluster import Cluster
-from merge.multimap.guided_matching import AGAINST_TEAM, by_itself
+from merge.multimap.guided_matching import by_itself
 from merge.multimap.joint_icp import agreement, joint
 from merge.multimap.pair_selection import in_blocks, in_order, partners
 from merge.multimap.team import Team
-from merge.records.prior import CONTRADICTS_PRIOR, Prior
-from merge.verification.acceptance import RIVAL
+from merge.records.prior import Prior
+from merge.records.reason import Reason, Refusal
 from tests.merge.rooms import hall, observed, random_similarity, rooms, viewpoints
 from tests.merge.test_merger import off_cells, team, two_maps
 
@@ -81,14 +81,14 @@ def test_a_refused_pair_is_won_back_and_keeps_its_reason(three):
     maps, frames, before = three
     answers = {(p.target, p.source): p for p in before.pairs}
     answers["b", "c"] = dataclasses.replace(
-        answers["b", "c"], accepted=False, reason="two answers equally good", confidence=0.3
+        answers["b", "c"], accepted=False, refusal=Refusal(Reason.AMBIGUOUS), confidence=0.3
     )
     result = merge_maps(maps, answers=answers)
     pair = result.pairs[2]
-    assert (pair.accepted, pair.decided_by, pair.pair_reason) == (True, "team", "two answers equally good")
+    assert (pair.accepted, pair.decided_by, pair.pair_refusal) == (True, "team", Refusal(Reason.AMBIGUOUS))
     assert off_cells(pair.target_from_source, frames[1] @ frames[2].inverse(), maps.grids[2]) < 1.0
     again = by_itself(pair)
-    assert (again.accepted, again.reason) == (False, "two answers equally good")
+    assert (again.accepted, again.reason) == (False, Reason.AMBIGUOUS)
 
 
 def with_refused(before, refused, moves):
@@ -100,7 +100,7 @@ def with_refused(before, refused, moves):
             answers[pair],
             accepted=False,
             confidence=0.3,
-            reason=RIVAL,
+            refusal=Refusal(Reason.AMBIGUOUS),
             target_from_source=found,
             alternatives=(),
         )
@@ -113,7 +113,7 @@ def test_a_map_that_every_single_pair_refused_is_won_back_where_two_of_them_agre
     result = merge_maps(maps, answers=answers)
     assert result.left_out == {}
     for k, pair in ((0, result.pairs[1]), (1, result.pairs[2])):
-        assert (pair.accepted, pair.decided_by, pair.pair_reason) == (True, "team", RIVAL)
+        assert (pair.accepted, pair.decided_by, pair.pair_refusal) == (True, "team", Refusal(Reason.AMBIGUOUS))
         assert off_cells(pair.target_from_source, frames[k] @ frames[2].inverse(), maps.grids[2]) < 1.0
 
 
@@ -122,7 +122,7 @@ def test_refused_answers_that_disagree_win_no_map_back(three):
     moves = {("b", "c"): Similarity2(3.0, -2.0, 1.0)}
     result = merge_maps(maps, answers=with_refused(before, [("a", "c"), ("b", "c")], moves))
     assert set(result.left_out) == {"c"} or set(result.left_out) == {"a", "b"}
-    assert [pair.reason for pair in result.pairs[1:]] == [RIVAL, RIVAL]
+    assert [pair.reason for pair in result.pairs[1:]] == [Reason.AMBIGUOUS, Reason.AMBIGUOUS]
 
 
 def test_refused_answers_that_agree_on_a_wrong_place_win_no_map_back(three):
@@ -138,7 +138,9 @@ def test_refused_answers_that_agree_on_a_wrong_place_win_no_map_back(three):
 
 
 def test_what_the_team_put_aside_is_accepted_again_by_itself(three):
-    pair = dataclasses.replace(three[2].pairs[0], accepted=False, reason=AGAINST_TEAM, decided_by="team")
+    pair = dataclasses.replace(
+        three[2].pairs[0], accepted=False, refusal=Refusal(Reason.CONTRADICTS_TEAM), decided_by="team"
+    )
     again = by_itself(pair)
     assert (again.accepted, again.reason, again.decided_by) == (True, None, "pair")
     assert again.target_from_source == three[2].pairs[0].target_from_source
@@ -196,7 +198,7 @@ def test_an_answer_far_from_the_start_poses_is_refused(three):
     found = before.pairs[0].target_from_source
     priors = (Prior("a", 0, 0, 0), Prior("b", found.x + 30.0, found.y, found.yaw, 0.5))
     pair = merge_maps(permuted(maps, (0, 1)), MergeSettings(priors=priors)).pairs[0]
-    assert (pair.accepted, pair.reason, pair.decided_by) == (False, CONTRADICTS_PRIOR, "prior")
+    assert (pair.accepted, pair.reason, pair.decided_by) == (False, Reason.CONTRADICTS_PRIOR, "prior")
 
 
 def place(seed: int) -> OccupancyGrid:

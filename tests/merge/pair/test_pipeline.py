@@ -4,8 +4,9 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.pair.pipeline import NOTHING_PROPOSED, MapFeatures, merge_pair
+from merge.pair.pipeline import MapFeatures, merge_pair
 from merge.proposers.proposer import Proposal
+from merge.records.reason import Reason
 from tests.merge.literature.crisp import crisp_pair, off_share
 
 RNG = np.random.default_rng(0)
@@ -59,4 +60,4 @@ def test_a_wrong_proposal_does_not_hide_a_right_one():
 def test_where_nobody_proposes_nothing_is_accepted():
     answer = merged(Fixed(), Fixed())
     assert answer.target_from_source is None
-    assert answer.verdict.reason == NOTHING_PROPOSED
+    assert answer.verdict.reason == Reason.NOTHING_PROPOSED

@@ -2,14 +2,9 @@ import dataclasses
 
 import pytest
 
+from merge.records.reason import Reason, Refusal
 from merge.records.result import Evidence
 from merge.verification.acceptance import (
-    BARE,
-    CONTRADICTION,
-    INEXACT,
-    ONE_WAY,
-    OVERLAP,
-    RIVAL,
     AcceptanceSettings,
     decide,
 )
@@ -41,16 +36,19 @@ def test_good_evidence_is_accepted_without_a_reason():
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"overlap": 0.01}, OVERLAP),
-        ({"score": 0.2, "second_best_score": 0.05}, OVERLAP),
-        ({"score": 0.29, "second_best_score": 0.0, "wall_inlier_ratio": 0.6}, CONTRADICTION),
-        ({"score": 0.5, "second_best_score": 0.42, "wall_inlier_ratio": 0.8, "deep_free_space_violation": 0.1}, RIVAL),
-        ({"inlier_length_cells": 20.0}, BARE),
-        ({"normal_isotropy": 0.01}, ONE_WAY),
-        ({"precision_probability": 0.4}, INEXACT),
-        ({"second_best_score": 0.7}, RIVAL),
-        ({"score": 1.0, "second_best_score": 0.95}, RIVAL),
-        ({"score": 0.0, "second_best_score": 0.0, "wall_inlier_ratio": None}, CONTRADICTION),
+        ({"overlap": 0.01}, Reason.LITTLE_OVERLAP),
+        ({"score": 0.2, "second_best_score": 0.05}, Reason.LITTLE_OVERLAP),
+        ({"score": 0.29, "second_best_score": 0.0, "wall_inlier_ratio": 0.6}, Reason.FREE_SPACE_VIOLATION),
+        (
+            {"score": 0.5, "second_best_score": 0.42, "wall_inlier_ratio": 0.8, "deep_free_space_violation": 0.1},
+            Reason.AMBIGUOUS,
+        ),
+        ({"inlier_length_cells": 20.0}, Reason.LITTLE_STRUCTURE),
+        ({"normal_isotropy": 0.01}, Reason.PARALLEL_WALLS),
+        ({"precision_probability": 0.4}, Reason.IMPRECISE),
+        ({"second_best_score": 0.7}, Reason.AMBIGUOUS),
+        ({"score": 1.0, "second_best_score": 0.95}, Reason.AMBIGUOUS),
+        ({"score": 0.0, "second_best_score": 0.0, "wall_inlier_ratio": None}, Reason.FREE_SPACE_VIOLATION),
     ],
 )
 def test_each_fault_alone_refuses_and_is_named(change, reason):
@@ -93,4 +91,11 @@ def test_what_contradicts_weighs_more_the_more_is_shared_but_no_more_than_bent_m
 
 def test_no_walls_in_a_length_is_refused_without_a_fault():
     nothing = dataclasses.replace(GOOD, inlier_length_cells=0.0, score=0.0, second_best_score=0.0, normal_isotropy=0.0)
-    assert decide(nothing).reason == BARE
+    assert decide(nothing).reason == Reason.LITTLE_STRUCTURE
+
+
+@pytest.mark.parametrize("reason", Reason)
+def test_the_text_of_a_refusal_is_read_back(reason):
+    for refusal in (Refusal(reason, ", 1.6 times that"), Refusal(reason)):
+        if reason is Reason.OTHER_SCALE or not refusal.detail or reason is Reason.PUBLISHED_RULE:
+            assert Refusal.from_text(str(refusal)) == refusal
