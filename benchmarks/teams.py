@@ -24,7 +24,7 @@ from benchmarks.team_injection.drawn_team import DrawnSettings, draw_team
 from benchmarks.team_injection.trials import InjectionTrial, PoseTrial, injection_trial, pose_trial
 from benchmarks.team_injection.usage import usage
 from mapping.map_set import MapSet
-from mapquilt.cli.merge_options import PRELOADED, pair_executor
+from mapquilt.cli.options.merge import PRELOADED, pair_executor
 from mapquilt.cli.tables import plain_table, print_table
 from mapquilt.evaluation.statistics import Share, ratio_of_medians_over_clusters
 from mapquilt.jobs.progress import count_progress

@@ -18,8 +18,8 @@ from mapquilt.benchmark.folder import RELIABILITY_PICTURE
 from mapquilt.benchmark.run import run_benchmark
 from mapquilt.benchmark.selection import even_sample
 from mapquilt.benchmark.trial import Trial
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.evaluation.calibration import Calibration, calibration
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner

@@ -19,8 +19,8 @@ from mapquilt.benchmark.report import build_report
 from mapquilt.benchmark.run import chosen_methods, run_benchmark
 from mapquilt.benchmark.selection import even_sample
 from mapquilt.benchmark.table import calibration_table, terminal_table
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from merge.methods import PROPOSERS, PUBLISHED

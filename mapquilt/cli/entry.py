@@ -6,7 +6,6 @@ import re
 import traceback
 
 import typer
-from pydantic import ValidationError
 
 from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED
 
@@ -50,6 +49,8 @@ def _check_names(arguments: list[str]) -> None:
 
 def _with_value(error: typer.TyperException) -> str:
     """What is wrong with the arguments, with the value that does not fit its option."""
+    from pydantic import ValidationError  # here: only errors need it, and it takes long to load
+
     message = error.format_message()
     if isinstance(error.__cause__, ValidationError):
         value = error.__cause__.errors()[0]["input"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 from rich import box
 from rich.console import Console
@@ -24,6 +25,17 @@ def print_table(table: Table | str) -> None:
     width = None if Console().is_terminal else PLAIN_WIDTH
     console = Console(highlight=False, markup=False, emoji=False, width=width)
     console.print(table, soft_wrap=isinstance(table, str))
+
+
+def warn(warnings: tuple[str, ...]) -> None:
+    """Print warnings on standard error, one line each."""
+    for warning in warnings:
+        typer.echo(f"mapquilt: warning: {warning}", err=True)
+
+
+def count_of_maps(number: int) -> str:
+    """Write a number of maps, such as ``3 maps``."""
+    return f"{number} map" if number == 1 else f"{number} maps"
 
 
 def plain_table(*columns: tuple[str, bool]) -> Table:

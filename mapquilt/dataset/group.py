@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_aside
-from mapquilt.cli.place import open_place
+from mapquilt.cli.options.world import open_place
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
 from mapquilt.json_file import read_record

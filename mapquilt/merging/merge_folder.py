@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 from mapping.io.atomic import write_files_aside
 from mapping.io.map_file import map_files
 from mapquilt.json_file import record_bytes
 from mapquilt.merging.merge_file import group_stems, has_files, merge_record
-from mapquilt.merging.merge_inputs import INPUTS, MergeInputs
+from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, run_inputs
 from mapquilt.merging.spare_maps import spare_maps
 from mapquilt.merging.transforms_file import transforms_text
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.png import figure_png
-from merge.records.result import MergeResult
+from merge.merger import Progress, merge_maps
+from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 
 _OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NAME})_\d+\.(?:yaml|pgm)")
@@ -79,3 +82,32 @@ def _left(folder: Path, files: dict[Path, bytes], kept: Iterable[str]) -> list[P
     inputs = folder / INPUTS
     copies = [path for path in inputs.iterdir() if path not in places] if inputs.is_dir() else []
     return of_groups + copies
+
+
+def merge_run(
+    run: Path,
+    settings: MergeSettings,
+    seed: int,
+    on_progress: Progress | None = None,
+    inputs: MergeInputs | None = None,
+    executor: Executor | None = None,
+    answers: Mapping[tuple[str, str], PairResult] | None = None,
+) -> MergeResult:
+    """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
+
+    ``inputs`` are others than the run's own maps, ``answers`` pairs that are known. The score of an older answer is
+    deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
+    """
+    made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
+    inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
+    start = time.perf_counter()
+    result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
+    merged = time.perf_counter() - start
+    files = merge_files(run, inputs, settings, seed, result)
+    seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
+    if (run / run_folder.RUN_FILE).read_bytes() != made_by:
+        raise ValueError(f"{run}: another run has taken its place while it was merged; merge again")
+    write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
+    for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
+        (run / stale).unlink(missing_ok=True)
+    return result

@@ -99,35 +99,6 @@ def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
     return step
 
 
-def merge_run(
-    run: Path,
-    settings: MergeSettings,
-    seed: int,
-    on_progress: Progress | None = None,
-    inputs: MergeInputs | None = None,
-    executor: Executor | None = None,
-    answers: Mapping[tuple[str, str], PairResult] | None = None,
-) -> MergeResult:
-    """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
-
-    ``inputs`` are others than the run's own maps, ``answers`` pairs that are known. The score of an older answer is
-    deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
-    """
-    made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
-    inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
-    start = time.perf_counter()
-    result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
-    merged = time.perf_counter() - start
-    files = merge_files(run, inputs, settings, seed, result)
-    seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
-    if (run / run_folder.RUN_FILE).read_bytes() != made_by:
-        raise ValueError(f"{run}: another run has taken its place while it was merged; merge again")
-    write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
-    for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
-        (run / stale).unlink(missing_ok=True)
-    return result
-
-
 def score_run(run: Path) -> RunScore:
     """Compare a run's answer with its truth, and write score.json and overview.png, or neither."""
     from mapquilt.viz.overview import overview_figure

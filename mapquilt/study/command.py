@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_files_aside
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.study.folder import StudyRun, run_study

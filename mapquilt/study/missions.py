@@ -10,7 +10,7 @@ from pathlib import Path
 from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
-from mapquilt.cli.place import open_place
+from mapquilt.cli.options.world import open_place
 from mapquilt.jobs.mission_cache import MissionCache
 from mapquilt.study.setup import ExperimentConfig
 from sim.mission.mission import Mission, simulate

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.seeds import Role, check_seed, derived_seed
-from mapquilt.cli.place import open_place
+from mapquilt.cli.options.world import open_place
 from mapquilt.study.setup import ExperimentConfig
 from mapquilt.study.variables import SWEEPS, Variable, parse_assignment
 from merge.settings import MergeSettings

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
-from mapquilt.cli.scale_options import disguise_ranges, searched_scales
-from mapquilt.cli.sensor_options import chosen_lidar
+from mapquilt.cli.options.merge import searched_scales
+from mapquilt.cli.options.sensing import chosen_lidar, disguise_ranges
 from mapquilt.runs.sample import Poses, SampleSettings
 from merge.settings import MergeSettings
 from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings

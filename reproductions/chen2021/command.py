@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from reproductions.chen2021.files import TABLE_FILE, write_study

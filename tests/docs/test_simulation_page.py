@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mapquilt.cli.robots_file import FIELDS
+from mapquilt.cli.options.robots_file import FIELDS
 from sim.mission.robot import RobotSettings
 from sim.mission.running import PHYSICS_STEP
 from sim.mission.settings import POLICIES, MissionSettings

@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import plain_table, print_table
-from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner, Workers
 from tests.regression.compare import FAILING, HEADINGS, Change, compare

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-import mapquilt.cli.app
+import mapquilt.cli.score
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
@@ -199,7 +199,7 @@ def test_what_fits_in_no_memory_is_told_in_one_line(capsys, monkeypatch, merged_
     def huge(run):
         np.empty(2**58, np.uint8)
 
-    monkeypatch.setattr(mapquilt.cli.app, "score_run", huge)
+    monkeypatch.setattr(mapquilt.cli.score, "score_run", huge)
     assert "not enough memory" in refused(capsys, "score", merged_run)
 
 
@@ -360,7 +360,7 @@ def test_an_internal_error_is_status_70_and_says_so(capsys, monkeypatch, merged_
     def broken(run):
         raise RuntimeError("the moon is made of cheese")
 
-    monkeypatch.setattr(mapquilt.cli.app, "score_run", broken)
+    monkeypatch.setattr(mapquilt.cli.score, "score_run", broken)
     assert command("score", merged_run) == 70
     assert capsys.readouterr().err.splitlines()[-1] == (
         "mapquilt: internal error: RuntimeError: the moon is made of cheese"

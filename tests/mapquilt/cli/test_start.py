@@ -14,6 +14,7 @@ import pytest
 
 import mapquilt
 from mapping.io.map_file import save_map
+from mapquilt.cli.app import VERBS, run
 from tests.mapquilt.cli.test_app import office_map
 
 ROOT = Path(__file__).parents[3]
@@ -109,3 +110,28 @@ def test_each_name_of_the_package_is_there(name: str) -> None:
 def test_a_name_that_the_package_lacks_is_told() -> None:
     with pytest.raises(AttributeError, match="no attribute 'moon'"):
         mapquilt.moon  # noqa: B018
+
+
+def test_help_loads_no_verb() -> None:
+    """``mapquilt --help`` lists the verbs without the libraries that they need."""
+    program = (
+        "import sys; from mapquilt.cli.app import run; run(['--help']); "
+        "sys.exit(','.join({'numpy', 'numba', 'cv2', 'scipy', 'pydantic'} & set(sys.modules)))"
+    )
+    listed = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    assert listed.stderr == "\n"
+    for name, (_, line) in VERBS.items():
+        assert f"{name} " in listed.stdout and line[:40] in listed.stdout
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_of_the_table_loads_and_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([verb, "--help"]) == 0
+    assert f"Usage: mapquilt {verb} " in capsys.readouterr().out
+
+
+def test_merging_map_files_loads_no_simulator() -> None:
+    program = (
+        "import sys; import mapquilt.cli.merge; sys.exit(','.join({'sim', 'worlds', 'pydantic'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True).stderr == "\n"

@@ -13,7 +13,7 @@ import yaml
 from PIL import Image
 
 from mapquilt.cli.app import run
-from mapquilt.cli.place import open_place
+from mapquilt.cli.options.world import open_place
 from worlds.families.registry import FAMILIES, make_world
 from worlds.world_file import world_from_json
 

@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 from mapping.io.map_file import save_map
+from mapquilt.merging.merge_folder import merge_run
 from mapquilt.runs.sample import SampleSettings
-from mapquilt.runs.stages import merge_run, sense_run
+from mapquilt.runs.stages import sense_run
 from merge.settings import MergeSettings
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import office_map, refused

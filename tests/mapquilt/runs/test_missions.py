@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mapping.io.tum import load_tum
-from mapquilt.cli.mission_options import MissionOptions, parse_mission
+from mapquilt.cli.options.mission import MissionOptions, parse_mission
 from mapquilt.runs.truth_file import load_truth
 from sim.sensors.lidar import Lidar
 from sim.mission.file import load_mission

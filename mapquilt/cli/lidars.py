@@ -7,6 +7,8 @@ import math
 from rich import box
 from rich.table import Table
 
+from mapquilt.cli.exit_status import ALL_MERGED
+from mapquilt.cli.tables import print_table
 from sim.sensors.lidar_presets import PRESETS, LidarPreset
 from sim.sensors.range_noise import RangeNoise
 
@@ -60,3 +62,9 @@ def _sum_text(what: str, constant: float, ratio: float) -> str:
     terms = [f"{1000 * constant:.3g} mm"] if constant else []
     terms += [f"{100 * ratio:.3g} %"] if ratio else []
     return what + " + ".join(terms)
+
+
+def lidars() -> int:
+    """List the lidars that robots can carry, their noise, and who says so."""
+    print_table(lidar_table())
+    return ALL_MERGED

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from mapping.io.atomic import write_bytes_aside
 from mapping.seeds import Role, stream
-from mapquilt.cli.place import YAMLS, open_place
+from mapquilt.cli.options.world import YAMLS, Height, PlanResolution, Width, WorldName, open_place
 from mapquilt.cli.tables import print_table
 from mapquilt.json_file import check_record, to_text
 from mapquilt.viz.world_picture import sheet_picture, world_picture
@@ -25,12 +25,6 @@ worlds_app = typer.Typer(
     help="List, draw and write the places that robots can explore.", no_args_is_help=False, rich_markup_mode=None
 )
 
-WorldName = Annotated[
-    str, typer.Argument(metavar="WORLD", help="Family, world file (JSON, YAML), or floor plan (PNG, PGM, YAML).")
-]
-Width = Annotated[float | None, typer.Option(help="Width of a family's world [m].")]
-Height = Annotated[float | None, typer.Option(help="Height of a family's world [m].")]
-PlanResolution = Annotated[float | None, typer.Option(help="Metres a pixel of a floor plan that is a picture.")]
 Seed = Annotated[int, typer.Option(help="Seed of the world, as for `simulate`.")]
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from mapping.io.safe_load import read_yaml
 from mapquilt.json_file import check_record, read_record
@@ -11,6 +14,13 @@ from worlds.floor import require_drivable
 from worlds.importing.floor_plan_image import read_plan_map, read_plan_picture
 from worlds.world import World
 from worlds.world_file import world_from_json
+
+WorldName = Annotated[
+    str, typer.Argument(metavar="WORLD", help="Family, world file (JSON, YAML), or floor plan (PNG, PGM, YAML).")
+]
+Width = Annotated[float | None, typer.Option(help="Width of a family's world [m].")]
+Height = Annotated[float | None, typer.Option(help="Height of a family's world [m].")]
+PlanResolution = Annotated[float | None, typer.Option(help="Metres a pixel of a floor plan that is a picture.")]
 
 PICTURES, YAMLS = (".png", ".pgm"), (".yaml", ".yml")
 

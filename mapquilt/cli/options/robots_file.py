@@ -8,7 +8,7 @@ from typing import Any
 
 from mapping.geometry.se2 import SE2
 from mapping.io.safe_load import read_yaml
-from mapquilt.cli.sensor_options import chosen_lidar
+from mapquilt.cli.options.sensing import chosen_lidar
 from sim.mission.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_bytes_aside
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.cli.worker_options import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.dataset.card import draw_figures
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import FAILURES_FILE, make_dataset

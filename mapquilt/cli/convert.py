@@ -1,0 +1,45 @@
+"""``mapquilt convert``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mapping.io.map_yaml import Mode
+from mapquilt.cli.exit_status import ALL_MERGED
+from mapquilt.cli.options.files import Unknown, path
+from mapquilt.cli.tables import print_table, warn
+from mapquilt.convert.conversion import Format
+from mapquilt.convert.conversion import convert as convert_files
+
+
+def convert(
+    source: Annotated[
+        Path, typer.Argument(metavar="MAP | LOG | RUN", help="A map file, a robot's log.npz, or a run folder.")
+    ],
+    out: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT", parser=path, help="File to write, replaced if there; for a run, a new or empty folder."
+        ),
+    ],
+    to: Annotated[
+        Format | None, typer.Option(help="Default: by OUT's ending, .yaml, .pgm, .png, .tum or .carmen.")
+    ] = None,
+    mode: Annotated[Mode | None, typer.Option(help="How a map's grey tells occupancy; default: trinary.")] = None,
+    unknown: Unknown = None,
+) -> int:
+    """Write a map, a log or a run for other programs.
+
+    A map becomes a map. A log becomes a TUM trajectory or a CARMEN log. A run becomes a folder: of TUM trajectories
+    (odometry and truth), of CARMEN logs with the true poses, or a ROS 2 bag (needs `pip install mapquilt[ros]`).
+
+    The bag holds scans, odometry, tf, maps and the true poses of each robot, but no transform from map to odom: the
+    mapper that runs on it publishes that.
+    """
+    conversion = convert_files(source, out, to, mode, unknown)
+    warn(conversion.warnings)
+    print_table(conversion.summary)
+    return ALL_MERGED

@@ -1,0 +1,157 @@
+"""``mapquilt merge``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
+from mapquilt.cli.options.files import Unknown, path
+from mapquilt.cli.options.merge import (
+    FusionOption,
+    PriorOption,
+    ReferenceOption,
+    pair_executor,
+    parse_priors,
+    searched_scales,
+)
+from mapquilt.cli.options.workers import SchedulerOption, WorkersOption
+from mapquilt.cli.tables import merge_table, print_table, warn
+from mapquilt.jobs.progress import count_progress
+from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
+from mapquilt.merging.merge_again import answers_before
+from mapquilt.merging.merge_file import merge_record
+from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
+from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, file_inputs, run_inputs
+from mapquilt.runs import folder as run_folder
+from merge.fusion import FUSIONS, FusionName
+from merge.merger import merge_maps
+from merge.methods import PROPOSERS, PUBLISHED
+from merge.records.result import PairResult
+from merge.settings import MergeSettings
+from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings
+
+
+def merge(
+    maps: Annotated[
+        list[Path], typer.Argument(metavar="RUN | MAP...", help="A run folder, or maps: map_server YAML, PGM or PNG.")
+    ],
+    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(PROPOSERS)}.")] = "quilt",
+    scale: Annotated[
+        str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
+    ] = "auto",
+    as_published: Annotated[
+        bool,
+        typer.Option(
+            "--as-published",
+            help=f"Take the method's own answer and verdict, not the common judge's: {', '.join(PUBLISHED)}.",
+        ),
+    ] = False,
+    min_confidence: Annotated[
+        float | None, typer.Option(help=f"Pairs that are less sure are refused. [default: {MIN_CONFIDENCE}]")
+    ] = None,
+    alternatives: Annotated[
+        bool, typer.Option("--alternatives", help="List the best other places that were found for each pair, too.")
+    ] = False,
+    reference: ReferenceOption = None,
+    fusion: FusionOption = "log_odds",
+    prior: PriorOption = None,
+    add: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--add",
+            metavar="MAP",
+            help="Join this map to the merge that RUN (or the folder of an older --out) holds, without matching the "
+            "others again; one that is called as a map there takes its place. Repeatable.",
+        ),
+    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(parser=path, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
+    ] = None,
+    debug: Annotated[
+        Path | None,
+        typer.Option(
+            "--debug", metavar="DIR", parser=path, help="With --method morphology: folder for a picture of every step."
+        ),
+    ] = None,
+    unknown: Unknown = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
+) -> int:
+    """Find the transforms between maps, and merge them into one for each group that they join to."""
+    settings = MergeSettings(
+        method,
+        searched_scales(scale),
+        as_published,
+        _decision(min_confidence, as_published),
+        reference,
+        _fusion(fusion),
+        parse_priors(prior or ()),
+    )
+    if debug is not None:
+        refuse_debug(debug, settings, maps)
+    inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
+    warn(inputs.warnings)
+    with (
+        pair_executor(len(inputs.maps), workers, scheduler) as executor,
+        count_progress("merging pairs") as on_progress,
+    ):
+        if folder is not None and run_folder.is_run(folder):
+            result = merge_run(folder, settings, seed, on_progress, inputs, executor, answers)
+        else:
+            result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
+            if folder is not None:
+                write_merge(folder, inputs, settings, seed, result)
+    if method == METHOD:
+        warn(show_steps(inputs.maps, settings, debug))
+    if as_json:
+        typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
+    else:
+        print_table(merge_table(inputs.maps, result, alternatives))
+    for name, reason in result.left_out.items():
+        typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
+    return SOME_REFUSED if result.left_out else ALL_MERGED
+
+
+def _merge_inputs(
+    maps: list[Path], add: list[Path], out: Path | None, unknown: int | None, settings: MergeSettings, seed: int
+) -> tuple[MergeInputs, Path | None, dict[tuple[str, str], PairResult]]:
+    """What is merged, where the answer goes, and what is known of pairs."""
+    if add:
+        if len(maps) != 1 or not maps[0].is_dir():
+            raise ValueError(f"--add {add[0]}: needs one folder to add to, a run's or that of an older merge")
+        if out is not None:
+            raise ValueError(f"--out {out}: with --add the answer goes where the merge is")
+        inputs = added_inputs(maps[0], add, unknown)
+        return inputs, maps[0], answers_before(maps[0], inputs.maps, settings, seed)
+    if len(maps) == 1 and maps[0].is_dir():
+        if out is not None:
+            raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
+        if unknown is not None:
+            raise ValueError("--unknown is for map files; a run says itself what is unknown")
+        return run_inputs(maps[0]), maps[0], {}
+    inputs = file_inputs(maps, unknown)
+    if out is not None:
+        refuse_merge(out, maps)
+    return inputs, out, {}
+
+
+def _fusion(name: str) -> FusionName:
+    for known in FUSIONS:
+        if name == known:
+            return known
+    raise ValueError(f"--fusion {name}: must be one of {', '.join(FUSIONS)}")
+
+
+def _decision(min_confidence: float | None, as_published: bool) -> AcceptanceSettings:
+    if min_confidence is None:
+        return AcceptanceSettings()
+    if as_published:
+        raise ValueError(f"--min-confidence {min_confidence:g}: with --as-published the method's own rule decides")
+    return AcceptanceSettings(min_confidence=min_confidence)

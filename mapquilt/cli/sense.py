@@ -1,0 +1,54 @@
+"""``mapquilt sense``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from mapquilt.cli.exit_status import ALL_MERGED
+from mapquilt.cli.options.files import Out, RunFolder
+from mapquilt.cli.options.sensing import (
+    ClearRange,
+    MaxOffset,
+    MaxRotation,
+    Model,
+    NoiseOption,
+    PosesOption,
+    Resolution,
+    ScaleOption,
+    SetOption,
+    disguise_ranges,
+    parse_components,
+)
+from mapquilt.cli.tables import count_of_maps, print_table
+from mapquilt.jobs.progress import count_progress
+from mapquilt.runs.sample import SampleSettings
+from mapquilt.runs.stages import run_seed, sense_run
+
+
+def sense(
+    run: RunFolder,
+    out: Out,
+    noise: NoiseOption = 1.0,
+    components: SetOption = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of noise and disguise; default: that of RUN.")] = None,
+    poses: PosesOption = "odometry",
+    scale: ScaleOption = "hidden",
+    max_rotation: MaxRotation = 180.0,
+    max_offset: MaxOffset = 10.0,
+    resolution: Resolution = 0.05,
+    model: Model = "octomap",
+    clear_range: ClearRange = 0.0,
+    parts: Annotated[int, typer.Option(help="Cut each robot's mission in time into so many parts: a map each.")] = 1,
+) -> int:
+    """Make another run of the same mission, at another noise level, without the simulator."""
+    disguise = disguise_ranges(scale, max_rotation, max_offset)
+    alone = parse_components(components or [])
+    seed = run_seed(run) if seed is None else seed
+    settings = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, parts, alone)
+    with count_progress("mapping") as on_mapping:
+        mission = sense_run(run, out, settings, on_mapping)
+    made = count_of_maps(len(mission.robots) * parts)
+    print_table(f"{out}: {made} of {mission.world.name} from {run}, noise {noise:g}")
+    return ALL_MERGED

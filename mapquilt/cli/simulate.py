@@ -1,0 +1,112 @@
+"""``mapquilt simulate``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from mapquilt.cli.exit_status import ALL_MERGED
+from mapquilt.cli.options.files import Out
+from mapquilt.cli.options.mission import (
+    GoalOption,
+    MissionOptions,
+    OverlapOption,
+    ReplayOption,
+    RobotsFile,
+    StartOption,
+    parse_mission,
+)
+from mapquilt.cli.options.sensing import (
+    ClearRange,
+    MaxOffset,
+    MaxRotation,
+    Model,
+    NoiseOption,
+    PosesOption,
+    Resolution,
+    ScaleOption,
+    SetOption,
+    chosen_lidar,
+    disguise_ranges,
+    parse_components,
+)
+from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName, open_place
+from mapquilt.cli.tables import count_of_maps, print_table, warn
+from mapquilt.jobs.progress import mission_progress
+from mapquilt.runs.coverage_file import coverage_line
+from mapquilt.runs.overlap_report import overlap_told
+from mapquilt.runs.sample import SampleSettings
+from mapquilt.runs.stages import simulate_run
+from sim.mission.settings import PolicyName
+from sim.mission.starts import Starts
+from sim.physics.drive import Drive, DriveLimits
+
+
+def simulate(
+    world: WorldName,
+    out: Out,
+    robots: Annotated[int | None, typer.Option(help="Number of robots; default: 3, or one for each start.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 6,
+    duration: Annotated[float | None, typer.Option(help="Mission time [s]; default: 120, or a replay's.")] = None,
+    starts: Annotated[Starts, typer.Option(help="Where robots begin that are given no start.")] = "random",
+    start: StartOption = None,
+    drive: Annotated[Drive, typer.Option(help="What robots move on.")] = "velocity",
+    speed: Annotated[float, typer.Option(help="Greatest speed [m/s].")] = DriveLimits.speed,
+    turn_rate: Annotated[float, typer.Option(help="Greatest turn rate [rad/s].")] = DriveLimits.turn_rate,
+    policy: Annotated[PolicyName | None, typer.Option(help="What robots do; default: explore.")] = None,
+    goal: GoalOption = None,
+    replay: ReplayOption = None,
+    robots_file: RobotsFile = None,
+    overlap: OverlapOption = None,
+    lidar: Annotated[str, typer.Option(help="Lidar that the robots carry; `mapquilt lidars` lists them.")] = "default",
+    rate: Annotated[float | None, typer.Option(help="Sweeps a second [Hz]; default: the lidar's own.")] = None,
+    noise: NoiseOption = 1.0,
+    components: SetOption = None,
+    poses: PosesOption = "odometry",
+    scale: ScaleOption = "hidden",
+    max_rotation: MaxRotation = 180.0,
+    max_offset: MaxOffset = 10.0,
+    resolution: Resolution = 0.05,
+    model: Model = "octomap",
+    clear_range: ClearRange = 0.0,
+    width: Width = None,
+    height: Height = None,
+    plan_resolution: PlanResolution = None,
+) -> int:
+    """Drive robots through a world; leave their maps, their logs and the truth."""
+    place, warnings = open_place(world, seed, width, height, plan_resolution)
+    warn(warnings)
+    carried = chosen_lidar(lidar, rate)
+    mission, paths = parse_mission(
+        MissionOptions(
+            robots,
+            duration,
+            carried,
+            starts,
+            start or (),
+            robots_file,
+            drive,
+            speed,
+            turn_rate,
+            policy,
+            goal or (),
+            replay or (),
+            overlap,
+        )
+    )
+    disguise = disguise_ranges(scale, max_rotation, max_offset)
+    alone = parse_components(components or [])
+    sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, components=alone)
+    with mission_progress(mission.duration) as (on_progress, on_mapping):
+        made = simulate_run(out, place, mission, sample, seed, on_progress, paths, on_mapping)
+    print_table(
+        f"{out}: {count_of_maps(len(mission.robots))} of {place.name}, seed {seed}, "
+        f"{mission.duration:g} s, noise {noise:g}"
+    )
+    print_table(coverage_line(out))
+    if mission.overlap is not None:
+        told = overlap_told(made, mission.overlap)
+        print_table(told.line)
+        warn(told.warnings)
+    return ALL_MERGED
