@@ -1,4 +1,4 @@
-"""The merge of a team of maps."""
+"""The entry points of the merger."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from itertools import combinations
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
+from merge.multimap.pipeline import solve
 from merge.multimap.results import merge_result
 from merge.multimap.team import Team
 from merge.pair.feature_cache import FeatureCache
@@ -19,8 +20,6 @@ from merge.settings import MergeSettings
 Progress = Callable[[int, int], None]
 """Called with the number of pairs done and the number of pairs."""
 
-Answers = Mapping[tuple[str, str], PairResult]
-
 
 def merge_maps(
     maps: MapSet,
@@ -28,22 +27,25 @@ def merge_maps(
     seed: int = 0,
     on_progress: Progress | None = None,
     executor: Executor | None = None,
-    answers: Answers | None = None,
+    answers: Mapping[tuple[str, str], PairResult] | None = None,
 ) -> MergeResult:
-    """Find the transforms between the maps of a team, say which to believe, and join those maps in one grid.
+    """Find the transforms between the maps of a team, accept or refuse each, and fuse the maps that join.
 
-    Pairs are proposed by ``settings.method``, then verified, refined and decided by what is common to all methods; of
-    a large team those pairs that promise most, until all maps are joined. Answers that the others contradict are put
-    aside, refused ones that the others explain won back, and all poses and scales of a group refined together on the
-    cells; each group is fused in the frame of one map. The same maps, settings and seed give the same result, in any
-    order of the maps and however many workers the ``executor`` has; maps that do not match are no error: their pair is
-    refused with a reason. ``answers`` are pairs, by names, that were matched before and are taken as they are. Raises
-    ``ValueError`` where the seed is negative, or a setting names a map that is not there.
+    ``settings.method`` proposes transforms; verification, refinement and acceptance are common to all methods. Of a
+    large team the best pairs are matched until all maps are joined. Answers that contradict the others are refused,
+    pairs that the others predict are matched again, and the poses and scales of a cluster are refined together on the
+    cells. Each cluster is fused in the frame of one map.
+
+    The same maps, settings and seed give the same result, in any order of the maps and with any number of workers of
+    the ``executor``. Maps that do not match are no error: their pair is refused with a reason. ``answers``, by target
+    and source, are those of pairs that were matched before.
+
+    Raises ``ValueError`` if the seed is negative, or a setting names an unknown map.
     """
     _check_names(maps, settings)
-    team = Team(maps, settings, seed, on_progress, executor, answers or {})
-    groups = team.solve()
-    return merge_result(team, groups)
+    team = Team.of(maps, settings, seed, on_progress, executor)
+    known = {team.pair(*names): answer for names, answer in (answers or {}).items() if set(names) <= set(maps.names)}
+    return merge_result(team, solve(team, known))
 
 
 def match_maps(
@@ -52,7 +54,7 @@ def match_maps(
     seed: int = 0,
     on_progress: Progress | None = None,
 ) -> tuple[PairResult, ...]:
-    """The answer of every pair by itself: nothing is chained or fused, and no pair hears of another."""
+    """Match every pair by itself: answers of other pairs change nothing, and no maps are fused."""
     scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
     tasks = [PairTask.of(maps, a, b, scale, settings, seed) for a, b in combinations(range(len(maps)), 2)]
     done = iter(range(1, len(tasks) + 1))
@@ -66,6 +68,6 @@ def match_maps(
 
 def _check_names(maps: MapSet, settings: MergeSettings) -> None:
     named = [("reference", settings.reference)] if settings.reference is not None else []
-    for what, name in [*named, *(("prior", prior.name) for prior in settings.priors)]:
+    for option, name in [*named, *(("prior", prior.name) for prior in settings.priors)]:
         if name not in maps.names:
-            raise ValueError(f"{what} is {name!r}, no map is called that; the maps are {', '.join(maps.names)}")
+            raise ValueError(f"{option} is {name!r}, must be the name of a map: {', '.join(maps.names)}")

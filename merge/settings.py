@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from mapping.geometry.scale_range import ScaleRange
 from merge.fusion import FUSIONS, FusionName
 from merge.methods import PROPOSERS, PUBLISHED
+from merge.multimap.settings import MultimapSettings
 from merge.records.prior import Prior, expected_places
 from merge.verification.acceptance import AcceptanceSettings
 
@@ -29,6 +30,7 @@ class MergeSettings:
     reference: str | None = None
     fusion: FusionName = "log_odds"
     priors: tuple[Prior, ...] = ()
+    multimap: MultimapSettings = field(default_factory=MultimapSettings)
 
     def __post_init__(self) -> None:
         if self.method not in PROPOSERS:

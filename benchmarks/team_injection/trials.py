@@ -13,10 +13,10 @@ from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_
 from benchmarks.team_injection.injection import inject
 from mapping.geometry.similarity2 import Similarity2
 from merge.merger import merge_maps
-from merge.multimap.cluster import Cluster
-from merge.multimap.consistency import consistent
-from merge.multimap.edge import LocalFrame, edge_of
+from merge.multimap.clustering import cluster_maps
+from merge.multimap.graph import Cluster, ConsistencyModel, edge_from_answer
 from merge.multimap.overlap_likelihood import OverlapLikelihood
+from merge.multimap.team import local_frames
 from merge.pair.feature_cache import FeatureCache
 from merge.records.result import MergeResult, PairResult
 from worlds.families.registry import make_world
@@ -74,12 +74,12 @@ def injection_trial(seed: int, share: float = 0.3, draws: int = 1, maps: int | N
 
 
 def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Cluster]:
-    shelf = FeatureCache()
-    grounds = LocalFrame.all(team.maps, shelf)
-    witness = OverlapLikelihood(team.maps, grounds, shelf)
-    place = team.maps.names.index
-    edges = [edge_of(pair, (place(pair.target), place(pair.source)), grounds) for pair in pairs]
-    return consistent(len(team.maps), edges, witness, team.maps.resolutions_trusted)
+    cache = FeatureCache()
+    frames = local_frames(team.maps, cache)
+    index = team.maps.names.index
+    edges = [edge_from_answer(pair, (index(pair.target), index(pair.source)), frames) for pair in pairs]
+    likelihood = OverlapLikelihood(team.maps, frames, cache)
+    return cluster_maps(len(team.maps), edges, ConsistencyModel(likelihood, team.maps.resolutions_trusted))
 
 
 @dataclass(frozen=True)

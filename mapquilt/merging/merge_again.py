@@ -8,7 +8,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
 from mapquilt.merging.merge_file import read_pair, settings_record
 from mapquilt.merging.merge_inputs import map_fingerprint, read_merge
-from merge.multimap.guided_matching import by_itself
+from merge.multimap.verdicts import verdict_by_itself
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
 
@@ -26,7 +26,7 @@ def answers_before(folder: Path, maps: MapSet, settings: MergeSettings, seed: in
     found = {}
     for entry in record["pairs"]:
         if {entry["target"], entry["source"]} <= same:
-            answer = by_itself(read_pair(entry))
+            answer = verdict_by_itself(read_pair(entry))
             if answer is not None:
                 found[answer.target, answer.source] = answer
     return found

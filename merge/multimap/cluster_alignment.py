@@ -1,4 +1,4 @@
-"""How two groups may be joined: the transforms that answers between them say, and how many say each."""
+"""Alignments of two clusters: the transforms that the edges between them suggest, and the support of each."""
 
 from __future__ import annotations
 
@@ -10,70 +10,94 @@ from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
-from merge.multimap.cluster import GATES, Cluster, hops
-from merge.multimap.cycle_consistency import Place
-from merge.multimap.edge import Edge, EdgeTable
-from merge.multimap.pose_graph import averaged
+from merge.multimap.graph import (
+    Cluster,
+    ConsistencyModel,
+    Edge,
+    EdgeTable,
+    Pair,
+    hop_distances,
+    is_connected,
+)
+from merge.multimap.pose_graph import optimise_poses
 
 
 @dataclass(frozen=True, eq=False)
 class ClusterAlignment:
-    """How two groups may be joined, and the edges that say so."""
+    """A transform between the roots of two clusters, the edges that agree with it, and their summed log-odds."""
 
     first_from_second: Similarity2
     edges: tuple[Edge, ...]
     support: float
 
 
-def joins(first: Cluster, second: Cluster, edges: Sequence[Edge], fixed_scale: bool) -> list[ClusterAlignment]:
-    """The transforms that edges between two groups say, the best supported first; each edge has its say once."""
+def align_clusters(
+    first: Cluster, second: Cluster, edges: Sequence[Edge], model: ConsistencyModel
+) -> list[ClusterAlignment]:
+    """Group the edges between two clusters by the transform that they suggest, the best supported first.
+
+    Each edge supports one alignment.
+    """
     across = [e for edge in edges for e in _across(edge, first, second)]
     if not across:
         return []
     table = EdgeTable.of(across)
-    supports = _supports(first, second, table, fixed_scale)
+    agreement = _agreement(first, second, table, model)
     left = np.ones(len(across), bool)
     found = []
     while left.any():
         candidates = np.flatnonzero(left)
-        support = supports[np.ix_(candidates, candidates)] @ table.weights[candidates]
+        support = agreement[np.ix_(candidates, candidates)] @ table.log_odds[candidates]
         best = int(candidates[int(np.argmax(support))])
-        agreeing = left & supports[best]
+        agreeing = left & agreement[best]
         chosen = across[best]
-        told = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
+        transform = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
         members = tuple(across[k] for k in np.flatnonzero(agreeing).tolist())
-        found.append(ClusterAlignment(told, members, float(support.max())))
+        found.append(ClusterAlignment(transform, members, float(support.max())))
         left &= ~agreeing
-    return sorted(found, key=lambda join: -join.support)
+    return sorted(found, key=lambda alignment: -alignment.support)
 
 
-def joined(first: Cluster, second: Cluster, join: ClusterAlignment, fixed_scale: bool) -> Cluster:
-    """Both groups as one, averaged over all their edges."""
+def join_clusters(first: Cluster, second: Cluster, alignment: ClusterAlignment, model: ConsistencyModel) -> Cluster:
+    """Make one cluster of two, its poses optimised over all their edges."""
     poses = dict(first.poses)
-    poses.update({index: join.first_from_second @ pose for index, pose in second.poses.items()})
-    held = (*first.edges, *second.edges, *join.edges)
-    return Cluster(averaged(poses, held, min(poses), fixed_scale), held)
+    poses.update({index: alignment.first_from_second @ pose for index, pose in second.poses.items()})
+    edges = (*first.edges, *second.edges, *alignment.edges)
+    return Cluster(optimise_poses(poses, edges, min(poses), model.fixed_scale), edges)
 
 
-def heard(
-    first: Cluster, second: Cluster, join: ClusterAlignment, place: Place, but: frozenset[frozenset[int]] = frozenset()
+def refit_cluster(cluster: Cluster, edges: Sequence[Edge], model: ConsistencyModel) -> Cluster:
+    """Optimise a cluster over all edges that agree with its poses, and over no others."""
+    for _ in range(model.settings.clustering.refits):
+        agreeing = model.agreeing(cluster, edges)
+        if not is_connected(cluster, agreeing):
+            return cluster
+        unchanged = len(agreeing) == len(cluster.edges)
+        poses = optimise_poses(cluster.poses, agreeing, cluster.root, model.fixed_scale)
+        cluster = Cluster(poses, agreeing)
+        if unchanged:
+            break
+    return cluster
+
+
+def cell_log_odds(
+    first: Cluster,
+    second: Cluster,
+    first_from_second: Similarity2,
+    model: ConsistencyModel,
+    but: frozenset[Pair] = frozenset(),
 ) -> float:
-    """What the cells of all pairs across say of a join, ``but`` for some."""
+    """Sum the log-odds, from the cells, of all pairs across two clusters, ``but`` for some."""
     return sum(
-        place(a, b, first_from_a.inverse() @ join.first_from_second @ second_from_b)
+        model.likelihood(a, b, first_from_a.inverse() @ first_from_second @ second_from_b)
         for a, first_from_a in first.poses.items()
         for b, second_from_b in second.poses.items()
-        if frozenset((a, b)) not in but
+        if (min(a, b), max(a, b)) not in but
     )
 
 
-def ends(edges: Sequence[Edge]) -> frozenset[frozenset[int]]:
-    """The pairs that edges join."""
-    return frozenset(frozenset((edge.target, edge.source)) for edge in edges)
-
-
 def _across(edge: Edge, first: Cluster, second: Cluster) -> list[Edge]:
-    """The edge, if it joins the two groups, with its target in the first."""
+    """Return the edge with its target in the first cluster, if it joins the two."""
     if edge.target in first.poses and edge.source in second.poses:
         return [edge]
     if edge.source in first.poses and edge.target in second.poses:
@@ -81,28 +105,32 @@ def _across(edge: Edge, first: Cluster, second: Cluster) -> list[Edge]:
     return []
 
 
-def _supports(first: Cluster, second: Cluster, table: EdgeTable, fixed_scale: bool) -> NDArray[np.bool_]:
-    """Whether each edge (columns) agrees with the transform that each one (rows) says. The further apart the two lie in
-    their groups, the less must they agree."""
-    there = Similarity2Array.of(first.poses[index] for index in table.targets.tolist())
-    here = Similarity2Array.of(second.poses[index] for index in table.sources.tolist())
-    said = there @ table.found @ here.inverse()
-    back = there.inverse()
-    predicted = back[None] @ said[:, None] @ here[None]
-    between = back[None] @ there[:, None]
-    spot = between.turn * table.found.shift[:, None] + between.shift
-    moved = Similarity2Array(between.turn, spot - predicted.shift).adjoint()
-    slack = moved @ table.covariances[:, None] @ moved.swapaxes(-1, -2)
-    slack += _apart(first, second, table)[..., None, None] * table.covariances[None]
-    agreeing = table.misfits(predicted, fixed_scale, slack) < GATES[fixed_scale]
+def _agreement(first: Cluster, second: Cluster, table: EdgeTable, model: ConsistencyModel) -> NDArray[np.bool_]:
+    """Test each edge (columns) against the alignment that each edge (rows) suggests: (E, E).
+
+    The prediction has the covariance of the edge that makes it, and that of the steps inside the clusters between the
+    two edges.
+    """
+    first_from_target = Similarity2Array.of(first.poses[index] for index in table.targets.tolist())
+    second_from_source = Similarity2Array.of(second.poses[index] for index in table.sources.tolist())
+    suggested = first_from_target @ table.target_from_source @ second_from_source.inverse()
+    back = first_from_target.inverse()
+    predicted = back[None] @ suggested[:, None] @ second_from_source[None]
+    between = back[None] @ first_from_target[:, None]
+    # The move of one edge about its own source, expressed about the source of the other.
+    own_source = between.turn * table.target_from_source.shift[:, None] + between.shift
+    transport = Similarity2Array(between.turn, own_source - predicted.shift).adjoint()
+    covariances = transport @ table.covariances[:, None] @ transport.swapaxes(-1, -2)
+    covariances += _hops_between(first, second, table)[..., None, None] * table.covariances[None]
+    agreeing = table.squared_errors(predicted, model.fixed_scale, covariances) < model.gate
     np.fill_diagonal(agreeing, True)
     return np.asarray(agreeing, np.bool_)
 
 
-def _apart(first: Cluster, second: Cluster, table: EdgeTable) -> NDArray[np.float64]:
-    """How many edges of the groups lie between the ends of each two (K, K)."""
-    total = np.zeros((len(table.weights),) * 2)
-    for group, indices in ((first, table.targets), (second, table.sources)):
-        at = np.searchsorted(sorted(group.poses), indices)
-        total += hops(group)[np.ix_(at, at)]
+def _hops_between(first: Cluster, second: Cluster, table: EdgeTable) -> NDArray[np.float64]:
+    """Count the edges inside the clusters between the ends of each two edges: (E, E)."""
+    total = np.zeros((len(table.log_odds),) * 2)
+    for cluster, indices in ((first, table.targets), (second, table.sources)):
+        at = np.searchsorted(sorted(cluster.poses), indices)
+        total += hop_distances(cluster)[np.ix_(at, at)]
     return total

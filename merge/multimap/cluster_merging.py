@@ -1,60 +1,98 @@
-"""Groups joined though every pair between them was refused: refused answers that agree, borne out by all maps at once.
+"""Merging of clusters although every pair between them was refused.
 
-Two refused answers of different pairs that put one group at the same place on another rarely do so by chance. But maps
-that share what misleads them agree as well: so what has been merged of either group is matched as one map, of which a
-wall that several maps know is one wall, and whose rivals are looked for everywhere in it.
+Two refused answers of different pairs that suggest the same alignment of two clusters rarely do so by chance. But maps
+that share what misleads them agree as well. So each cluster is fused to one map, and the two are matched like any pair:
+a wall that several maps know is then one wall, and ambiguity is searched in all that they know.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.fusion import fuse
-from merge.multimap.cluster import Cluster, agrees
-from merge.multimap.cluster_alignment import ClusterAlignment, ends, joins
-from merge.multimap.edge import Edge
+from merge.multimap.cluster_alignment import ClusterAlignment, align_clusters
+from merge.multimap.graph import Cluster, Edge, Pair, pairs_of
+from merge.multimap.team import Answers, Team
+from merge.pair.matching import PairTask, match
 from merge.records.result import PairResult
 
-LEAST_AGREEING = 2
-"""So many refused answers, each of another pair, must agree before anything else is looked at."""
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FusedMatch:
+    """The accepted match of two fused clusters, and the refused pairs that agree with it."""
+
+    first_from_second: Similarity2
+    confidence: float
+    pairs: tuple[Pair, ...]
 
 
-def agreeing_refusals(
-    first: Cluster,
-    second: Cluster,
-    answers: Iterable[PairResult],
-    edge: Callable[[PairResult], Edge],
-    fixed_scale: bool,
-) -> list[ClusterAlignment]:
-    """The places of one group on another that enough refused answers, or what else they found, agree on."""
-    edges = [edge(place) for answer in answers for place in _places(answer)]
-    return [join for join in joins(first, second, edges, fixed_scale) if len(ends(join.edges)) >= LEAST_AGREEING]
+def match_fused_clusters(team: Team, answers: Answers, first: Cluster, second: Cluster) -> FusedMatch | None:
+    """Match two clusters as one map each, if enough refused answers suggest the same alignment.
+
+    None if they do not, the match is refused, it does not agree with those answers, or a prior contradicts it.
+    """
+    across = sorted((min(a, b), max(a, b)) for a in first.poses for b in second.poses)
+    least = team.settings.multimap.merging.min_agreeing_refusals
+    edges = [team.edge(each) for pair in across if pair in answers for each in _refused_answers(answers[pair])]
+    suggested = [
+        alignment
+        for alignment in align_clusters(first, second, edges, team.model)
+        if len(pairs_of(alignment.edges)) >= least
+    ]
+    if not suggested:
+        return None
+    (target, target_grid), (source, source_grid) = fuse_cluster(team, first), fuse_cluster(team, second)
+    units = team.maps.units[target], team.maps.units[source]
+    task = PairTask(("merged", "merged"), (target_grid, source_grid), units, team.scale, team.settings, team.seed)
+    (found,) = team.run(match, [task])
+    if not found.accepted or found.target_from_source is None:
+        return None
+    local = team.local(found.target_from_source, target, source)
+    first_from_second = first.poses[target] @ local @ second.poses[source].inverse()
+    for alignment in suggested:
+        pairs = pairs_of(_agreeing(team, alignment, first, second, first_from_second))
+        if len(pairs) >= least and _priors_allow(team, first, second, first_from_second):
+            return FusedMatch(first_from_second, found.confidence, tuple(sorted(pairs)))
+    return None
 
 
-def borne_out(
-    join: ClusterAlignment, first: Cluster, second: Cluster, first_from_second: Similarity2, fixed_scale: bool
-) -> list[Edge]:
-    """Those edges of a join that agree with where the groups were found to lie."""
-
-    def told(edge: Edge) -> Similarity2:
-        return first.poses[edge.target].inverse() @ first_from_second @ second.poses[edge.source]
-
-    return [edge for edge in join.edges if agrees(edge, told(edge), fixed_scale, edge.covariance)]
+def placed_together(first: Cluster, second: Cluster, first_from_second: Similarity2) -> Cluster:
+    """Return the poses of both clusters in the frame of the first, without edges."""
+    return Cluster({**first.poses, **{index: first_from_second @ pose for index, pose in second.poses.items()}}, ())
 
 
-def quilt(grids: Iterable[tuple[Similarity2, OccupancyGrid]]) -> OccupancyGrid:
-    """Maps, each with its ``reference_from_map``, the reference first, as one."""
-    placed = [(place, grid.cropped()) for place, grid in grids]
-    return placed[0][1] if len(placed) == 1 else fuse(placed[0][1].frame, placed)
+def fuse_cluster(team: Team, cluster: Cluster) -> tuple[int, OccupancyGrid]:
+    """Fuse a cluster in the frame of its largest map: the index of that, and the grid."""
+    members = sorted(cluster.poses, key=lambda k: -team.frames[k].area * cluster.poses[k].scale ** 2)
+    names = [team.maps.names[k] for k in members]
+    grids = [(team.metric(cluster, names[0], name), team.maps.grids[team.index(name)].cropped()) for name in names]
+    return members[0], grids[0][1] if len(grids) == 1 else fuse(grids[0][1].frame, grids)
 
 
-def _places(answer: PairResult) -> Iterator[PairResult]:
-    """A refused answer, and what else it found, as answers by themselves."""
+def _refused_answers(answer: PairResult) -> Iterator[PairResult]:
+    """Yield a refused answer and its alternatives, each as an answer by itself."""
     if answer.accepted or answer.decided_by != "pair" or answer.target_from_source is None:
         return
     yield answer
     for other in answer.alternatives:
         yield dataclasses.replace(answer, target_from_source=other.target_from_source)
+
+
+def _agreeing(
+    team: Team, alignment: ClusterAlignment, first: Cluster, second: Cluster, first_from_second: Similarity2
+) -> list[Edge]:
+    """Select the edges of an alignment that agree with the match of the fused clusters."""
+
+    def predicted(edge: Edge) -> Similarity2:
+        return first.poses[edge.target].inverse() @ first_from_second @ second.poses[edge.source]
+
+    return [edge for edge in alignment.edges if team.model.agrees(edge, predicted(edge), edge.covariance)]
+
+
+def _priors_allow(team: Team, first: Cluster, second: Cluster, first_from_second: Similarity2) -> bool:
+    both, names = placed_together(first, second, first_from_second), team.maps.names
+    pairs: Iterable[tuple[str, str]] = ((names[a], names[b]) for a in first.poses for b in second.poses)
+    return all(team.expected[pair].allows(team.metric(both, *pair)) for pair in pairs if pair in team.expected)

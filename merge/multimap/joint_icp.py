@@ -1,4 +1,4 @@
-"""All maps of a group laid on one another at once: the walls of every pair, the poses and scales of every map."""
+"""Joint ICP: the poses and scales of all maps of a cluster, refined on the walls of every pair at once."""
 
 from __future__ import annotations
 
@@ -10,109 +10,98 @@ from numpy.typing import NDArray
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import add_equations, add_equations_back
 from merge.alignment.icp import LINE_SHARE
-from merge.multimap.cluster import Cluster, predicted
-from merge.multimap.edge import Edge
-from merge.multimap.overlap_likelihood import on_charts
-from merge.multimap.pose_graph import averaged
+from merge.multimap.graph import Cluster, Edge, Pair
+from merge.multimap.overlap_likelihood import prepared_from_local
+from merge.multimap.pose_graph import optimise_poses
+from merge.multimap.settings import JointIcpSettings
 from merge.preparation.prepared_map import PreparedMap
 from merge.verification.wall_overlap import TOLERANCE_CELLS, measure_wall_overlap, thinned
 
-ROUNDS = 6
-MOST_POINTS = 1500
-GATE_TOLERANCES = 4.0
-"""How far apart walls may lie and still be one, in tolerances of their pair: drift moves parts of a map against one
-another, and a narrower gate would hear those only that happen to fit."""
-
-FIRST_GATE_SHARE = 0.02
-"""The same at first, at least, as a share of the smaller map's diagonal."""
-
-WORSE = 0.02
-"""How much less walls may agree in the end than before: the mean of a map that is bent lays no part of it best."""
-
-STIFFNESS = 1e-3
-"""What holds a pair that its walls let slide, as a share of what its walls hold."""
-
-Tolerances = Mapping[tuple[int, int], float]
-"""How far apart walls of a pair may lie and be one, in cells of the coarser map, by indices, lower first."""
+Prepared = Callable[[int], PreparedMap]
+"""From the index of a map to the prepared map."""
 
 
-def joint(group: Cluster, chart: Callable[[int], PreparedMap], tolerances: Tolerances, fixed_scale: bool) -> Cluster:
-    """The group with poses and scales refined together on the cells.
+def joint_icp(
+    cluster: Cluster,
+    prepared: Prepared,
+    tolerances: Mapping[Pair, float],
+    fixed_scale: bool,
+    settings: JointIcpSettings = JointIcpSettings(),  # noqa: B008
+) -> Cluster:
+    """Refine the poses and scales of a cluster together on the cells.
 
-    Every point of either surface of each pair that agrees is laid on its nearest on the other (as in
-    ``refine``); what a pair's points say is one quadratic form of four unknowns, exactly, and the
-    sum over all pairs is made least by SciPy's sparse least squares; then all is laid anew, with a narrower gate. Walls
-    must agree nearly as well in the end as before, or the poses stay. A group without a cycle is as its pairs have it.
+    Each round pairs every wall point with its nearest on the other map, for each edge (as ``refine`` does for one
+    pair). The points of a pair make one quadratic form of four unknowns, exactly; SciPy's sparse least squares
+    minimises the sum over all pairs. The gate narrows from round to round. ``tolerances`` are the distances at which
+    walls of a pair still match [cells of the coarser map]. The poses stay if the walls agree less in the end, or if the
+    cluster has no cycle.
     """
-    if len(group.edges) < len(group.poses):
-        return group
-    poses = dict(group.poses)
-    for step in range(ROUNDS):
-        laid = [_laid(poses, e, chart, tolerances, step / (ROUNDS - 1), fixed_scale) for e in group.edges]
-        edges = [edge for edge in laid if edge is not None]
-        if len(edges) == len(group.edges):
-            poses = averaged(poses, edges, group.root, fixed_scale)
-    refined = Cluster(poses, group.edges)
-    return refined if agreement(refined, chart) >= agreement(group, chart) - WORSE else group
+    if len(cluster.edges) < len(cluster.poses):
+        return cluster
+    poses = dict(cluster.poses)
+    for step in range(settings.rounds):
+        progress = step / (settings.rounds - 1)
+        fits = [
+            _fit_edge(poses, e, prepared, tolerances.get(e.pair), progress, fixed_scale, settings)
+            for e in cluster.edges
+        ]
+        edges = [edge for edge in fits if edge is not None]
+        if len(edges) == len(cluster.edges):
+            poses = optimise_poses(poses, edges, cluster.root, fixed_scale)
+    refined = Cluster(poses, cluster.edges)
+    before, after = (mean_score(each, prepared, settings.points) for each in (cluster, refined))
+    return refined if after >= before - settings.max_score_loss else cluster
 
 
-def agreement(group: Cluster, chart: Callable[[int], PreparedMap]) -> float:
-    """How well the walls of all pairs of a group agree: the mean over its edges."""
-    told = []
-    for edge in group.edges:
-        target, source = chart(edge.target), chart(edge.source)
-        place = on_charts(target, source, predicted(group, edge.target, edge.source))
-        told.append(measure_wall_overlap(target, source, place, MOST_POINTS).score)
-    return float(np.mean(told))
+def mean_score(cluster: Cluster, prepared: Prepared, points: int) -> float:
+    """Average the wall overlap score over the edges of a cluster."""
+    scores = []
+    for edge in cluster.edges:
+        maps = prepared(edge.target), prepared(edge.source)
+        pose = prepared_from_local(*maps, cluster.target_from_source(edge.target, edge.source))
+        scores.append(measure_wall_overlap(*maps, pose, points).score)
+    return float(np.mean(scores))
 
 
-def _laid(
+def _fit_edge(
     poses: Mapping[int, Similarity2],
     edge: Edge,
-    chart: Callable[[int], PreparedMap],
-    tolerances: Tolerances,
+    prepared: Prepared,
+    tolerance: float | None,
     progress: float,
     fixed_scale: bool,
+    settings: JointIcpSettings,
 ) -> Edge | None:
-    """What the walls of a pair say where the poses lay it; None where none lie near one another."""
-    target, source = chart(edge.target), chart(edge.source)
+    """Take one Gauss-Newton step of a pair by itself, as an edge; None if no walls are near one another."""
+    target, source = prepared(edge.target), prepared(edge.source)
     now = poses[edge.target].inverse() @ poses[edge.source]
-    gate = _gate(
-        target,
-        source,
-        now.scale,
-        tolerances.get((min(edge.target, edge.source), max(edge.target, edge.source))),
-        progress,
-    )
-    equations = _equations(target, source, on_charts(target, source, now), gate)
+    last = settings.gate_tolerances * max(1.0, now.scale) * (tolerance or TOLERANCE_CELLS)
+    first = max(last, settings.first_gate_share * min(target.diagonal, now.scale * source.diagonal))
+    gate = float(first * (last / first) ** progress)
+    equations = _normal_equations(target, source, prepared_from_local(target, source, now), gate, settings.points)
     hessian, gradient = equations[:, :4], equations[:, 4]
     if not hessian[0, 0] > 0.0:
         return None
-    hessian = hessian + STIFFNESS * np.diag(np.diag(hessian)) + 1e-9 * np.eye(4)
+    hessian = hessian + settings.stiffness * np.diag(np.diag(hessian)) + 1e-9 * np.eye(4)
     unknowns = 3 if fixed_scale else 4
-    move = np.zeros(4)
-    move[:unknowns] = np.linalg.solve(hessian[:unknowns, :unknowns], gradient[:unknowns])
-    moved = now.plus(move)
+    change = np.zeros(4)
+    change[:unknowns] = np.linalg.solve(hessian[:unknowns, :unknowns], gradient[:unknowns])
     covariance = np.eye(4)
     covariance[:unknowns, :unknowns] = np.linalg.inv(hessian[:unknowns, :unknowns])
-    return Edge(edge.target, edge.source, moved, covariance, edge.weight)
+    return Edge(edge.target, edge.source, now.plus(change), covariance, edge.log_odds)
 
 
-def _gate(target: PreparedMap, source: PreparedMap, scale: float, tolerance: float | None, progress: float) -> float:
-    last = GATE_TOLERANCES * max(1.0, scale) * (tolerance or TOLERANCE_CELLS)
-    first = max(last, FIRST_GATE_SHARE * min(target.diagonal, scale * source.diagonal))
-    return float(first * (last / first) ** progress)
-
-
-def _equations(target: PreparedMap, source: PreparedMap, place: Similarity2, gate: float) -> NDArray[np.float64]:
-    """Normal equations (4, 5), about the source's middle, of the points of both surfaces: as one refinement's."""
-    on_source, weight = thinned(len(source.points), MOST_POINTS)
-    on_target, back_weight = thinned(len(target.points), MOST_POINTS)
+def _normal_equations(
+    target: PreparedMap, source: PreparedMap, pose: Similarity2, gate: float, points: int
+) -> NDArray[np.float64]:
+    """Sum the normal equations (4, 5), about the source's middle, of the points of both maps."""
+    on_source, weight = thinned(len(source.points), points)
+    on_target, back_weight = thinned(len(target.points), points)
     equations = np.zeros((4, 5))
-    matrix, centre = place.matrix(), place.apply(source.middle)
-    there, here = target.surface, source.surface
-    add_equations(there, here, on_source, weight * place.scale, matrix, gate, LINE_SHARE, centre, equations)
-    inverse = place.inverse().matrix()
-    gate = gate / place.scale
-    add_equations_back(there, here, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations)
+    matrix, centre = pose.matrix(), pose.apply(source.middle)
+    surfaces = target.surface, source.surface
+    add_equations(*surfaces, on_source, weight * pose.scale, matrix, gate, LINE_SHARE, centre, equations)
+    inverse = pose.inverse().matrix()
+    gate = gate / pose.scale
+    add_equations_back(*surfaces, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations)
     return equations

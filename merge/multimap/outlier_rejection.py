@@ -1,4 +1,4 @@
-"""A group made as good as it can be: parts that lie wrong are shifted, and answers that nothing bears out left out."""
+"""Rejection of wrong answers inside a cluster: parts in a wrong place are shifted, contradicted answers left out."""
 
 from __future__ import annotations
 
@@ -9,134 +9,133 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
-from merge.multimap.cluster import GATES, Cluster, agreeing, connected, graph, predicted, settled
-from merge.multimap.cluster_alignment import ClusterAlignment, ends, heard, joined, joins
-from merge.multimap.cycle_consistency import SUREST, Place
-from merge.multimap.edge import Edge
-from merge.multimap.pose_graph import averaged, leave_one_out_residuals
-
-MOST_HEARD, MOST_TRIED = 8, 3
-"""Of a part so many places are heard; of all parts so many shifts are tried."""
-
-MOST_DOUBTED = 6
-"""Of the answers that the others do not bear out so many are tried to be left out."""
-
-WORST_GAIN = -3.0
-"""What a shift may lose at first sight: one noisy answer puts a part less well than all do that then agree."""
-
-LEAST_GAIN = 0.25
-"""A part is only shifted for so much more."""
-
-BEST_HEARD = 12.0
-"""The cells say no more than this for a place that few answers speak for."""
+from merge.multimap.cluster_alignment import (
+    ClusterAlignment,
+    align_clusters,
+    cell_log_odds,
+    join_clusters,
+    refit_cluster,
+)
+from merge.multimap.graph import Cluster, ConsistencyModel, Edge, adjacency, is_connected, pairs_of
+from merge.multimap.pose_graph import leave_one_out_residuals, optimise_poses
 
 
-def mended(group: Cluster, edges: Sequence[Edge], place: Place, fixed_scale: bool) -> Cluster:
-    """The group with its parts where most speaks for them, on edges that agree with it, and each with all others.
+def reject_outliers(cluster: Cluster, edges: Sequence[Edge], model: ConsistencyModel) -> Cluster:
+    """Move the parts of a cluster to the poses with the largest log-odds, and leave out the edges that disagree.
 
-    A wrong answer that is nearly right bends a long chain of right ones until it agrees with them. So whatever differs
-    from what all the others say together is left out: of the edges that stand against one another, that without which
-    most speaks for the rest.
+    A wrong answer that is nearly right bends a long chain of right ones until it agrees with them. So each edge is
+    also tested against the prediction of all others. Of the edges that contradict one another, the one is left out
+    without which the rest has the largest log-odds.
     """
-    inside = [edge for edge in edges if group.holds(edge)]
-    best = _shifted(settled(group, inside, fixed_scale), inside, place, fixed_scale)
+    inside = [edge for edge in edges if cluster.contains(edge)]
+    best = _shift_parts(refit_cluster(cluster, inside, model), inside, model)
     while True:
-        rests = _rests(best, inside, fixed_scale)
-        if not rests:
+        reduced = _without_suspects(best, inside, model)
+        if not reduced:
             return best
-        told = [score([other], rest, place, fixed_scale) for rest, other in rests]
-        inside, best = rests[int(np.argmax(told))]
-        best = _shifted(best, inside, place, fixed_scale)
+        log_odds = [total_log_odds([other], rest, model) for rest, other in reduced]
+        inside, best = reduced[int(np.argmax(log_odds))]
+        best = _shift_parts(best, inside, model)
 
 
-def score(groups: Sequence[Cluster], edges: Sequence[Edge], place: Place, fixed_scale: bool) -> float:
-    """What speaks for maps lying so: the weights of the edges that agree, and what the cells of every pair say."""
-    told = 0.0
-    for group in groups:
-        told += sum(edge.weight for edge in agreeing(group, edges, fixed_scale))
-        told += sum(place(*pair, predicted(group, *pair)) for pair in combinations(sorted(group.poses), 2))
-    return told
+def total_log_odds(clusters: Sequence[Cluster], edges: Sequence[Edge], model: ConsistencyModel) -> float:
+    """Sum the log-odds of the edges that agree with the poses, and those of the cells of every pair."""
+    total = 0.0
+    for cluster in clusters:
+        total += sum(edge.log_odds for edge in model.agreeing(cluster, edges))
+        total += sum(
+            model.likelihood(*pair, cluster.target_from_source(*pair))
+            for pair in combinations(sorted(cluster.poses), 2)
+        )
+    return total
 
 
-def _rests(group: Cluster, inside: Sequence[Edge], fixed_scale: bool) -> list[tuple[list[Edge], Cluster]]:
-    """The edges without each one that the others do not bear out, and the group on them."""
-    squares = leave_one_out_residuals(group.poses, group.edges, group.root, fixed_scale)
-    doubted = [int(k) for k in np.argsort(-squares, kind="stable")[:MOST_DOUBTED] if squares[k] > GATES[fixed_scale]]
+def _without_suspects(
+    cluster: Cluster, inside: Sequence[Edge], model: ConsistencyModel
+) -> list[tuple[list[Edge], Cluster]]:
+    """Leave out each edge that the others contradict: the edges that remain, and the cluster on them."""
+    limits = model.settings.rejection
+    errors = leave_one_out_residuals(
+        cluster.poses, cluster.edges, cluster.root, model.fixed_scale, limits.min_redundancy
+    )
+    worst = np.argsort(-errors, kind="stable")[: limits.suspects]
     found = []
-    for k in doubted:
-        held = (*group.edges[:k], *group.edges[k + 1 :])
-        rest = [edge for edge in inside if edge is not group.edges[k]]
-        other = Cluster(averaged(group.poses, held, group.root, fixed_scale), held)
-        found.append((rest, settled(other, rest, fixed_scale)))
+    for k in (int(k) for k in worst if errors[k] > model.gate):
+        kept = (*cluster.edges[:k], *cluster.edges[k + 1 :])
+        rest = [edge for edge in inside if edge is not cluster.edges[k]]
+        other = Cluster(optimise_poses(cluster.poses, kept, cluster.root, model.fixed_scale), kept)
+        found.append((rest, refit_cluster(other, rest, model)))
     return found
 
 
-def _shifted(group: Cluster, inside: Sequence[Edge], place: Place, fixed_scale: bool) -> Cluster:
-    """The group with its parts where most speaks for them."""
-    best, most = group, score([group], inside, place, fixed_scale)
-    for _ in range(2 * len(group.poses)):
-        for shifted in _shifts(best, inside, place, fixed_scale):
-            other = settled(shifted, inside, fixed_scale)
-            told = score([other], inside, place, fixed_scale)
-            if told > most + LEAST_GAIN:
-                best, most = other, told
+def _shift_parts(cluster: Cluster, inside: Sequence[Edge], model: ConsistencyModel) -> Cluster:
+    """Shift parts of a cluster while its log-odds grow."""
+    best, most = cluster, total_log_odds([cluster], inside, model)
+    for _ in range(2 * len(cluster.poses)):
+        for shifted in _shifts(best, inside, model):
+            other = refit_cluster(shifted, inside, model)
+            log_odds = total_log_odds([other], inside, model)
+            if log_odds > most + model.settings.rejection.min_gain:
+                best, most = other, log_odds
                 break
         else:
             return best
     return best
 
 
-def _shifts(group: Cluster, inside: Sequence[Edge], place: Place, fixed_scale: bool) -> list[Cluster]:
-    """The group with some of its maps shifted as one to where other answers put them, the most promising first."""
-    aside = ends(inside) - ends(agreeing(group, inside, fixed_scale))
-    if not aside:
+def _shifts(cluster: Cluster, inside: Sequence[Edge], model: ConsistencyModel) -> list[Cluster]:
+    """Shift single parts of a cluster to where contradicted edges put them, the largest gain first."""
+    limits = model.settings.rejection
+    contradicted = pairs_of(inside) - pairs_of(model.agreeing(cluster, inside))
+    if not contradicted:
         return []
     found: list[tuple[float, Cluster, Cluster, ClusterAlignment]] = []
-    for part in _parts(group):
-        if not any(len(pair & part) == 1 for pair in aside):
-            continue  # nobody says that it lies elsewhere
-        first, second = _cut(group, part)
-        if not (connected(first.poses, first.edges) and connected(second.poses, second.edges)):
+    for part in _parts(cluster, model):
+        if not any((a in part) != (b in part) for a, b in contradicted):
+            continue  # no edge puts the part elsewhere
+        first, second = _split(cluster, part)
+        if not (is_connected(first, first.edges) and is_connected(second, second.edges)):
             continue
-        ways = joins(first, second, inside, fixed_scale)
-        now = next((k for k, join in enumerate(ways) if _is_now(join, group)), None)
-        if now is None:
+        alignments = align_clusters(first, second, inside, model)
+        current = next((k for k, alignment in enumerate(alignments) if _is_current(alignment, cluster)), None)
+        if current is None:
             continue
-        held = ways[now].support + heard(first, second, ways[now], place)
-        for k, join in enumerate(ways[:MOST_HEARD]):
-            if k != now and join.support + BEST_HEARD > held:
-                gain = join.support + heard(first, second, join, place) - held
-                found.append((gain, first, second, join))
+        now = alignments[current]
+        log_odds = now.support + cell_log_odds(first, second, now.first_from_second, model)
+        for k, alignment in enumerate(alignments[: limits.alignments]):
+            if k != current and alignment.support + limits.max_cell_gain > log_odds:
+                cells = cell_log_odds(first, second, alignment.first_from_second, model)
+                found.append((alignment.support + cells - log_odds, first, second, alignment))
     found.sort(key=lambda each: -each[0])
-    found = [way for way in found[:MOST_TRIED] if way[0] > WORST_GAIN]
-    return [joined(first, second, join, fixed_scale) for _, first, second, join in found]
+    tried = [shift for shift in found[: limits.shifts] if shift[0] > limits.min_first_gain]
+    return [join_clusters(first, second, alignment, model) for _, first, second, alignment in tried]
 
 
-def _parts(group: Cluster) -> list[frozenset[int]]:
-    """What might lie wrong as one: what hangs on one edge of the surest tree, and each map alone."""
-    members = sorted(group.poses)
-    costs = [2.0 * SUREST - edge.weight for edge in group.edges]
-    tree = minimum_spanning_tree(graph(members, group.edges, costs)).tocoo()
+def _parts(cluster: Cluster, model: ConsistencyModel) -> list[frozenset[int]]:
+    """List the parts that may be shifted as one: each map, and each branch of the maximum spanning tree of edges."""
+    members = sorted(cluster.poses)
+    costs = [2.0 * model.settings.clustering.max_edge_log_odds - edge.log_odds for edge in cluster.edges]
+    tree = minimum_spanning_tree(adjacency(members, cluster.edges, costs)).tocoo()
     parts = [frozenset([member]) for member in members]
     for k in range(tree.nnz):
         others = np.arange(tree.nnz) != k
-        ends_left = tree.coords[0][others], tree.coords[1][others]
-        labels = connected_components(csr_array((tree.data[others], ends_left), shape=tree.shape), directed=False)[1]
+        ends = tree.coords[0][others], tree.coords[1][others]
+        labels = connected_components(csr_array((tree.data[others], ends), shape=tree.shape), directed=False)[1]
         side = labels == labels[tree.coords[1][k]]
         parts.append(frozenset(members[i] for i in np.flatnonzero(side).tolist()))
     return [part for part in dict.fromkeys(parts) if len(part) < len(members)]
 
 
-def _cut(group: Cluster, part: frozenset[int]) -> tuple[Cluster, Cluster]:
-    """The rest of a group and a part of it, where they lie now."""
+def _split(cluster: Cluster, part: frozenset[int]) -> tuple[Cluster, Cluster]:
+    """Split a cluster into the rest and a part, both where they are."""
 
-    def of(inside: bool) -> Cluster:
-        poses = {index: pose for index, pose in group.poses.items() if (index in part) == inside}
-        return Cluster(poses, tuple(e for e in group.edges if e.target in poses and e.source in poses))
+    def side(inside: bool) -> Cluster:
+        poses = {index: pose for index, pose in cluster.poses.items() if (index in part) == inside}
+        return Cluster(poses, tuple(e for e in cluster.edges if e.target in poses and e.source in poses))
 
-    return of(False), of(True)
+    return side(False), side(True)
 
 
-def _is_now(join: ClusterAlignment, group: Cluster) -> bool:
-    """Whether a join says what the group already has: it holds one of its edges."""
-    return bool(ends(group.edges) & ends(join.edges))
+def _is_current(alignment: ClusterAlignment, cluster: Cluster) -> bool:
+    """Tell if an alignment is the one that the cluster has: it shares an edge with it."""
+    return bool(pairs_of(cluster.edges) & pairs_of(alignment.edges))

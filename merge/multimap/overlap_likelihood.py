@@ -1,4 +1,4 @@
-"""What the cells of two maps say of a place that others have told."""
+"""Likelihood of a relative pose from the cells of two maps."""
 
 from __future__ import annotations
 
@@ -11,100 +11,87 @@ from mapping.map_set import MapSet
 from merge.alignment.coarse_to_fine import refine
 from merge.alignment.deduplication import apart, smaller_diagonal
 from merge.alignment.hypotheses import QUICK
-from merge.multimap.edge import LocalFrame
+from merge.multimap.graph import LocalFrame
+from merge.multimap.settings import OverlapLikelihoodSettings
 from merge.pair.feature_cache import FeatureCache
 from merge.preparation.prepared_map import PreparedMap
 from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap
 
-POINTS = 400
-LEAST_JUDGED = 40.0
-"""Cells of wall on which one map must have an opinion of the other, or they say nothing."""
-
-MUCH_JUDGED = 200.0
-"""From this length on they say all that they can."""
-
-NEUTRAL = 0.65
-"""The share of the judged walls that lies on walls where right and wrong places are equally likely."""
-
-FULL = 0.25
-"""So far from that, it is as plain as it gets."""
-
-HOPELESS = 0.4
-"""What fits so badly fits no better a little to the side."""
-
-BEST, WORST = 2.0, -3.0
-"""Log-odds of a place, at most and at least: walls deep in free space are a plain contradiction."""
-
-STRAY_SHARE = 0.03
-"""So far, as a share of the smaller map's diagonal, a told place may be moved to fit: chains of answers add up."""
-
 
 class OverlapLikelihood:
-    """Asked for the log-odds that a source lies at a place on a target, by index; 0 where they share nothing."""
+    """Evaluate the log-odds that ``target_from_source`` between two maps is right: see ``PairLikelihood``.
 
-    def __init__(self, maps: MapSet, grounds: Sequence[LocalFrame], shelf: FeatureCache) -> None:
-        self._maps, self._grounds, self._shelf = maps, grounds, shelf
-        self._heard: dict[tuple[int, int, Similarity2], float] = {}
-        self._charts: dict[int, PreparedMap] = {}
+    Poses are rounded to a quarter of a cell at most, and results kept.
+    """
+
+    def __init__(
+        self,
+        maps: MapSet,
+        frames: Sequence[LocalFrame],
+        cache: FeatureCache,
+        settings: OverlapLikelihoodSettings = OverlapLikelihoodSettings(),  # noqa: B008
+    ) -> None:
+        self._maps, self._frames, self._cache, self._settings = maps, frames, cache, settings
+        self._known: dict[tuple[int, int, Similarity2], float] = {}
+        self._prepared: dict[int, PreparedMap] = {}
 
     def __call__(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if target > source:
             target, source, target_from_source = source, target, target_from_source.inverse()
         key = target, source, self._rounded(source, target_from_source)
-        if key not in self._heard:
-            self._heard[key] = self._told(*key)
-        return self._heard[key]
+        if key not in self._known:
+            self._known[key] = self._log_odds(*key)
+        return self._known[key]
 
-    def _rounded(self, source: int, place: Similarity2) -> Similarity2:
-        """By a quarter of a cell at most: what hardly moves need not be heard again."""
-        turn = 1.0 / self._grounds[source].diagonal
-        scale = math.exp(turn * round(math.log(place.scale) / turn))
-        return Similarity2(
-            round(2.0 * place.x) / 2.0, round(2.0 * place.y) / 2.0, turn * round(place.yaw / turn), scale
-        )
+    def prepared(self, index: int) -> PreparedMap:
+        """Return the prepared map of an index."""
+        if index not in self._prepared:
+            self._prepared[index] = self._cache.chart(self._maps.grids[index])
+        return self._prepared[index]
 
-    def _told(self, target: int, source: int, target_from_source: Similarity2) -> float:
-        if not self.may_meet(target, source, target_from_source):
+    def _rounded(self, source: int, pose: Similarity2) -> Similarity2:
+        step = 1.0 / self._frames[source].diagonal
+        scale = math.exp(step * round(math.log(pose.scale) / step))
+        return Similarity2(round(2.0 * pose.x) / 2.0, round(2.0 * pose.y) / 2.0, step * round(pose.yaw / step), scale)
+
+    def _log_odds(self, target: int, source: int, target_from_source: Similarity2) -> float:
+        if not self._may_overlap(target, source, target_from_source):
             return 0.0
-        target_chart, source_chart = self.chart(target), self.chart(source)
-        place = on_charts(target_chart, source_chart, target_from_source)
-        walls = measure_wall_overlap(target_chart, source_chart, place, POINTS)
-        if HOPELESS < _share(walls) < NEUTRAL + FULL and walls.compared_length >= LEAST_JUDGED:
-            walls = _fitted(target_chart, source_chart, place, walls)
-        if walls.compared_length < LEAST_JUDGED:
+        limits = self._settings
+        maps = self.prepared(target), self.prepared(source)
+        pose = prepared_from_local(*maps, target_from_source)
+        walls = measure_wall_overlap(*maps, pose, limits.points)
+        promising = limits.hopeless_fraction < _inlier_fraction(walls) < limits.neutral_fraction + limits.saturation
+        if promising and walls.compared_length >= limits.min_compared_cells:
+            walls = self._refined(*maps, pose, walls)
+        if walls.compared_length < limits.min_compared_cells:
             return 0.0
-        plain = (_share(walls) - NEUTRAL) / FULL
-        told = BEST * plain if plain > 0.0 else -WORST * plain
-        return min(BEST, max(WORST, told)) * min(1.0, walls.compared_length / MUCH_JUDGED)
+        evidence = (_inlier_fraction(walls) - limits.neutral_fraction) / limits.saturation
+        log_odds = limits.max_log_odds * evidence if evidence > 0.0 else -limits.min_log_odds * evidence
+        bounded = min(limits.max_log_odds, max(limits.min_log_odds, log_odds))
+        return bounded * min(1.0, walls.compared_length / limits.full_compared_cells)
 
-    def chart(self, index: int) -> PreparedMap:
-        if index not in self._charts:
-            self._charts[index] = self._shelf.chart(self._maps.grids[index])
-        return self._charts[index]
-
-    def may_meet(self, target: int, source: int, target_from_source: Similarity2) -> bool:
-        """Whether the circles around the two overlap."""
-        there, here = self._grounds[target], self._grounds[source]
-        reach = there.diagonal + target_from_source.scale * here.diagonal
+    def _may_overlap(self, target: int, source: int, target_from_source: Similarity2) -> bool:
+        """Test if circles around the two maps overlap."""
         # The middle of the walls may lie off the middle of the map, but not by more than half the diagonal.
+        reach = self._frames[target].diagonal + target_from_source.scale * self._frames[source].diagonal
         return math.hypot(target_from_source.x, target_from_source.y) < reach
 
+    def _refined(self, target: PreparedMap, source: PreparedMap, pose: Similarity2, walls: WallOverlap) -> WallOverlap:
+        """Measure the overlap after a quick refinement, if that stays near and fits better."""
+        answer = refine(target, source, pose, ScaleRange(pose.scale, pose.scale), QUICK)
+        shift = float(apart(source, [pose, answer])[0, 1])
+        if shift > self._settings.max_shift_share * smaller_diagonal(target, source, pose.scale):
+            return walls
+        better = measure_wall_overlap(target, source, answer, self._settings.points)
+        return better if _inlier_fraction(better) > _inlier_fraction(walls) else walls
 
-def on_charts(target: PreparedMap, source: PreparedMap, local: Similarity2) -> Similarity2:
-    """A transform between local frames (``LocalFrame``) as one between cells of the charts."""
-    there = Similarity2(float(target.middle[0]), float(target.middle[1]))
-    return there @ local @ Similarity2(float(source.middle[0]), float(source.middle[1])).inverse()
+
+def prepared_from_local(target: PreparedMap, source: PreparedMap, local: Similarity2) -> Similarity2:
+    """Express a transform between local frames (``LocalFrame``) between cells of the prepared maps."""
+    to_target = Similarity2(float(target.middle[0]), float(target.middle[1]))
+    return to_target @ local @ Similarity2(float(source.middle[0]), float(source.middle[1])).inverse()
 
 
-def _share(walls: WallOverlap) -> float:
+def _inlier_fraction(walls: WallOverlap) -> float:
     return walls.inlier_length / walls.compared_length if walls.compared_length > 0.0 else 0.0
-
-
-def _fitted(target: PreparedMap, source: PreparedMap, place: Similarity2, walls: WallOverlap) -> WallOverlap:
-    scale = ScaleRange(place.scale, place.scale)
-    answer = refine(target, source, place, scale, QUICK)
-    stray = float(apart(source, [place, answer])[0, 1])
-    if stray > STRAY_SHARE * smaller_diagonal(target, source, place.scale):
-        return walls
-    better = measure_wall_overlap(target, source, answer, POINTS)
-    return better if _share(better) > _share(walls) else walls

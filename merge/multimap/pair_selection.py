@@ -1,4 +1,4 @@
-"""Which pairs of a large team are worth matching, told cheaply."""
+"""Selection of the pairs of a large team that are worth matching, by a coarse search."""
 
 from __future__ import annotations
 
@@ -10,57 +10,84 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from mapping.seeds import Role, stream
+from merge.multimap.graph import Cluster, Pair
+from merge.multimap.team import Answers, Team
 from merge.pair.feature_cache import FeatureCache
 from merge.pair.matching import PairTask, canonical_order, process_feature_cache
 from merge.proposers.normal_correlation import NormalCorrelation
 from merge.verification.wall_overlap import measure_wall_overlap
 
-GLANCE = NormalCorrelation(scale_step=1.12, across=48, peaks=2, proposals=6)
-"""A search so coarse that it costs a twentieth of a match: it orders pairs, and judges none."""
 
-GLANCE_POINTS = 400
+def score_all(team: Team, known: Answers) -> NDArray[np.float64] | None:
+    """Score all pairs that are not known yet by a coarse search: (N, N), symmetric.
 
-PARTNERS = 5
-"""Each map is matched with so many others that promise most, and again with as many where it was not joined."""
+    None for a team so small that all its pairs are matched.
+    """
+    settings = team.settings.multimap.selection
+    if len(team.maps) <= settings.partners + 1:
+        return None
+    scores = np.zeros((len(team.maps), len(team.maps)))
+    blocks = in_blocks((pair for pair in team.pairs if pair not in known), settings.block_maps)
+    tasks = [tuple(map(team.task, block)) for block in blocks]
+    for block, values in zip(blocks, team.run(coarse_scores, tasks), strict=True):
+        for pair, value in zip(block, values, strict=True):
+            scores[pair] = scores[pair[::-1]] = value
+    return scores
 
-BLOCK = 10
-"""Pairs are looked at in blocks of so many maps by so many, so that a map is not sent to a worker for each."""
 
-Pair = tuple[int, int]
+def select(
+    team: Team, scores: NDArray[np.float64] | None, known: Answers, clusters: Sequence[Cluster] | None = None
+) -> list[Pair]:
+    """Select the pairs to match next: of those without an answer, and between clusters if there are any, the best."""
+    wanted = [pair for pair in team.pairs if pair not in known]
+    if clusters is not None:
+        root_of = {member: cluster.root for cluster in clusters for member in cluster.poses}
+        wanted = [(a, b) for a, b in wanted if root_of[a] != root_of[b]]
+    return wanted if scores is None else best_partners(scores, wanted, team.settings.multimap.selection.partners)
 
 
-def promise(task: PairTask, shelf: FeatureCache | None = None) -> float:
-    """How well the walls agree at the best place of a coarse search, 0 to 1, whichever map comes first."""
-    target, source = task.sheets(shelf or process_feature_cache(), (GLANCE,))
+def coarse_scores(tasks: Sequence[PairTask], cache: FeatureCache | None = None) -> list[float]:
+    """Score each pair by its best pose of a coarse search, 0 to 1, whichever map comes first."""
+    return [_coarse_score(task, cache or process_feature_cache()) for task in tasks]
+
+
+def _coarse_score(task: PairTask, cache: FeatureCache) -> float:
+    settings = task.settings.multimap.selection
+    search = NormalCorrelation(
+        scale_step=settings.coarse_scale_step,
+        across=settings.coarse_cells,
+        peaks=settings.coarse_peaks,
+        proposals=settings.coarse_proposals,
+    )
+    target, source = task.sheets(cache, (search,))
     scale = task.in_cells(task.scale, (target, source))
     if canonical_order(target.chart.grid) > canonical_order(source.chart.grid):
         target, source, scale = source, target, scale.inverse()
     if not (len(target.chart.points) and len(source.chart.points)):
         return 0.0
-    places = GLANCE.propose(target.descriptions[0], source.descriptions[0], scale, stream(task.seed, Role.MERGE))
-    laid = (
-        measure_wall_overlap(target.chart, source.chart, place.target_from_source, GLANCE_POINTS).score
-        for place in places
+    rng = stream(task.seed, Role.MERGE)
+    proposals = search.propose(target.descriptions[0], source.descriptions[0], scale, rng)
+    points = settings.coarse_points
+    scores = (
+        measure_wall_overlap(target.chart, source.chart, proposal.target_from_source, points).score
+        for proposal in proposals
     )
-    return max(laid, default=0.0)
+    return max(scores, default=0.0)
 
 
-def promises(tasks: Sequence[PairTask], shelf: FeatureCache | None = None) -> list[float]:
-    """Of each pair."""
-    return [promise(task, shelf) for task in tasks]
-
-
-def in_blocks(pairs: Iterable[Pair]) -> list[list[Pair]]:
-    """The pairs by blocks of their maps."""
+def in_blocks(pairs: Iterable[Pair], maps: int) -> list[list[Pair]]:
+    """Group the pairs to blocks of so many maps by so many."""
     blocks: dict[Pair, list[Pair]] = {}
     for a, b in pairs:
-        blocks.setdefault((a // BLOCK, b // BLOCK), []).append((a, b))
+        blocks.setdefault((a // maps, b // maps), []).append((a, b))
     return list(blocks.values())
 
 
-def in_order(pairs: Sequence[Pair]) -> list[Pair]:
-    """The pairs so that those of a map, and of the maps that it is matched with, follow one another: what was made of
-    them is then still at hand (Cuthill and McKee 1969)."""
+def in_matching_order(pairs: Sequence[Pair]) -> list[Pair]:
+    """Order the pairs so that those of a map and of its partners follow one another.
+
+    Their features are then still in the cache. Source: Cuthill and McKee 1969.
+    """
     if not pairs:
         return []
     ends = np.array(pairs).T
@@ -70,23 +97,16 @@ def in_order(pairs: Sequence[Pair]) -> list[Pair]:
     return sorted(pairs, key=lambda pair: sorted(rank[list(pair)].tolist()))
 
 
-def partners(promises: NDArray[np.float64], wanted: Iterable[Pair], most: int = PARTNERS) -> list[Pair]:
-    """Of the wanted pairs those that are among the ``most`` most promising of either map, in order.
+def best_partners(scores: NDArray[np.float64], wanted: Iterable[Pair], most: int) -> list[Pair]:
+    """Select the wanted pairs that are among the ``most`` best of either map, in order.
 
-    ``promises`` (N, N) is symmetric; of equals the earlier pairs are taken.
+    ``scores`` (N, N) is symmetric; of equals the earlier pairs are taken.
     """
-    candidates = sorted(wanted, key=lambda pair: (-promises[pair], pair))
-    taken = np.zeros(len(promises), dtype=int)
+    candidates = sorted(wanted, key=lambda pair: (-scores[pair], pair))
+    taken = np.zeros(len(scores), dtype=int)
     kept = []
     for pair in candidates:
         if min(taken[list(pair)]) < most:
             kept.append(pair)
             taken[list(pair)] += 1
     return sorted(kept)
-
-
-def apart(groups: Sequence[Sequence[int]]) -> list[Pair]:
-    """All pairs of maps that lie in two groups, lower first."""
-    group_of = {member: index for index, group in enumerate(groups) for member in group}
-    members = sorted(group_of)
-    return [(a, b) for a in members for b in members if a < b and group_of[a] != group_of[b]]

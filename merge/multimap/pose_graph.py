@@ -1,4 +1,4 @@
-"""All poses at once from what the pairs say: motion averaging by a library's sparse least squares."""
+"""Poses of all maps of a graph from its edges, by sparse least squares."""
 
 from __future__ import annotations
 
@@ -12,56 +12,57 @@ from scipy.sparse import csr_array
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
-from merge.multimap.edge import Edge, EdgeTable
+from merge.multimap.graph import Edge, EdgeTable
 
 Poses = Mapping[int, Similarity2]
-"""Where maps lie: root_from_map between local frames."""
-
-BRIDGE = 1e-6
-"""An edge of which the others leave less than this share free is one without which the graph falls apart."""
+"""root_from_map between local frames, by the index of the map."""
 
 
-def averaged(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> dict[int, Similarity2]:
-    """The poses that agree best with all edges, whitened by their covariances; the root stays where it is.
+def optimise_poses(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> dict[int, Similarity2]:
+    """Find the poses of least squared error over all edges, whitened by their covariances; the root stays fixed.
 
-    Source: least squares on a graph of poses (Lu and Milios 1997; for grid maps, Jiang et al. 2019), solved by
-    SciPy's trust region with a sparse Jacobian.
+    A tree of edges keeps its poses. Source: Lu and Milios 1997; for grid maps, Jiang et al. 2019. SciPy's trust region
+    solves it with a sparse Jacobian.
     """
     from scipy.optimize import least_squares  # only teams need it
 
-    if len(edges) < len(poses):  # a tree is as its edges have it
+    if len(edges) < len(poses):
         return dict(poses)
     system = _System.of(poses, edges, root, fixed_scale)
-    start = packed(poses, system.free, system.unknowns)
+    start = pack_poses(poses, system.free, system.unknowns)
     found = least_squares(system.residuals, start, system.jacobian, x_scale="jac", tr_solver="lsmr", max_nfev=30)
-    return unpacked(found.x, poses, system.free, system.unknowns)
+    return unpack_poses(found.x, poses, system.free, system.unknowns)
 
 
-def leave_one_out_residuals(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool) -> NDArray[np.float64]:
-    """By how much each edge (E,) differs from what all the others say of its pair, as a square by the covariance of
-    that difference; 0 for what no other edge speaks of. ``poses`` are the mean of the edges.
+def leave_one_out_residuals(
+    poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: bool, min_redundancy: float
+) -> NDArray[np.float64]:
+    """Return the squared Mahalanobis distance (E,) of each edge from the prediction of all others.
 
-    Source: data snooping (Baarda 1968): the residual of an observation, by the share of it that the others control.
+    ``poses`` are the optimum of all edges. An edge of which the others control less than ``min_redundancy`` has 0.
+    Source: data snooping, Baarda 1968.
     """
     if len(edges) < len(poses):
         return np.zeros(len(edges))
     system = _System.of(poses, edges, root, fixed_scale)
-    at = packed(poses, system.free, system.unknowns)
-    slopes = np.asarray(system.jacobian(at).todense())
-    spread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
-    slopes = slopes.reshape(len(edges), system.unknowns, -1)
-    free = np.eye(system.unknowns) - slopes @ spread @ slopes.transpose(0, 2, 1)
-    controlled = np.linalg.eigvalsh(free)[:, 0] > BRIDGE
-    free[~controlled] = np.eye(system.unknowns)
-    off = system.residuals(at).reshape(len(edges), system.unknowns, 1)
-    squares = (off * np.linalg.solve(free, off)).sum(axis=(1, 2))
+    at = pack_poses(poses, system.free, system.unknowns)
+    jacobian = np.asarray(system.jacobian(at).todense())
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    jacobian = jacobian.reshape(len(edges), system.unknowns, -1)
+    redundancy = np.eye(system.unknowns) - jacobian @ covariance @ jacobian.transpose(0, 2, 1)
+    controlled = np.linalg.eigvalsh(redundancy)[:, 0] > min_redundancy
+    redundancy[~controlled] = np.eye(system.unknowns)
+    error = system.residuals(at).reshape(len(edges), system.unknowns, 1)
+    squares = (error * np.linalg.solve(redundancy, error)).sum(axis=(1, 2))
     return np.where(controlled, squares, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """Residuals of all edges and how they change with the poses of the ``free`` maps; ``start`` has those and, last,
-    the root, by which place ``targets`` and ``sources`` index."""
+    """Whitened residuals of all edges and their Jacobian by the poses of the ``free`` maps.
+
+    ``start`` holds the poses of the free maps and, last, of the root; ``targets`` and ``sources`` (E,) index it.
+    """
 
     start: Similarity2Array
     free: Sequence[int]
@@ -85,15 +86,17 @@ class _System:
 
     def residuals(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         placed = self._placed(values)
-        off = (placed[self.targets].inverse() @ placed[self.sources]).minus(self.edges.found)
-        return np.asarray((self.whiteners @ off[:, : self.unknowns, None]).ravel())
+        error = (placed[self.targets].inverse() @ placed[self.sources]).minus(self.edges.target_from_source)
+        return np.asarray((self.whiteners @ error[:, : self.unknowns, None]).ravel())
 
     def jacobian(self, values: NDArray[np.float64]) -> csr_array:
-        """The sparse Jacobian: a block for the target and one for the source of each edge."""
+        """Return the sparse Jacobian: a block for the target and one for the source of each edge."""
         placed = self._placed(values)
         number = self.unknowns
         kept = [k for k in range(8) if k % 4 < number]
-        blocks = self.whiteners @ slopes(placed[self.targets], placed[self.sources])[:, :number][:, :, kept]
+        blocks = (
+            self.whiteners @ relative_pose_jacobian(placed[self.targets], placed[self.sources])[:, :number][:, :, kept]
+        )
         first = np.stack((self.targets, self.sources), axis=-1) * number
         cols = np.broadcast_to((first[:, :, None] + np.arange(number)).reshape(-1, 1, 2 * number), blocks.shape)
         rows = np.broadcast_to(np.arange(len(blocks) * number).reshape(-1, number, 1), blocks.shape)
@@ -108,14 +111,16 @@ class _System:
         return Similarity2Array(turn, np.append(rows[:, 0] + 1j * rows[:, 1], self.start.shift[-1]))
 
 
-def packed(poses: Poses, free: Sequence[int], unknowns: int) -> NDArray[np.float64]:
-    """x, y, yaw (and log scale) of the free maps, one after the other."""
+def pack_poses(poses: Poses, free: Sequence[int], unknowns: int) -> NDArray[np.float64]:
+    """Return x, y, yaw (and log scale) of the free maps, one after the other."""
     rows = [(p.x, p.y, p.yaw, math.log(p.scale))[:unknowns] for p in (poses[index] for index in free)]
     return np.array(rows).ravel()
 
 
-def unpacked(values: NDArray[np.float64], poses: Poses, free: Sequence[int], unknowns: int) -> dict[int, Similarity2]:
-    """The inverse of ``packed``; what is not free, and scales that are fixed, are those of ``poses``."""
+def unpack_poses(
+    values: NDArray[np.float64], poses: Poses, free: Sequence[int], unknowns: int
+) -> dict[int, Similarity2]:
+    """Invert ``pack_poses``; other maps, and scales that are fixed, are taken from ``poses``."""
     placed = dict(poses)
     for index, row in zip(free, values.reshape(-1, unknowns).tolist(), strict=True):
         scale = math.exp(row[3]) if unknowns == 4 else poses[index].scale
@@ -123,8 +128,8 @@ def unpacked(values: NDArray[np.float64], poses: Poses, free: Sequence[int], unk
     return placed
 
 
-def slopes(targets: Similarity2Array, sources: Similarity2Array) -> NDArray[np.float64]:
-    """d (x, y, yaw, log scale) of target^-1 source by those of the target and of the source: (E, 4, 8)."""
+def relative_pose_jacobian(targets: Similarity2Array, sources: Similarity2Array) -> NDArray[np.float64]:
+    """Differentiate x, y, yaw, log scale of target^-1 source by those of the target and of the source: (E, 4, 8)."""
     back = 1.0 / targets.turn
     between = (sources.shift - targets.shift) / targets.turn
     by_target = -Similarity2Array(back, -between).adjoint()

@@ -1,4 +1,4 @@
-"""The answer for a team, told in the frames of its maps."""
+"""The result of a merge, from the solution of a team."""
 
 from __future__ import annotations
 
@@ -8,66 +8,66 @@ import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.fusion import finest, fuse_and_compare
-from merge.multimap.cluster import Cluster
+from merge.multimap.graph import Cluster
+from merge.multimap.pipeline import Solution
 from merge.multimap.team import Team
 from merge.records.result import MergedGroup, MergeResult, PairResult
 
 CALIBRATED = "quilt"
-"""The method whose answers the constants of the decision were fitted to."""
+"""The method whose answers the acceptance was fitted to."""
 
 
-def merge_result(team: Team, groups: Sequence[Cluster]) -> MergeResult:
-    """The result of a team that is solved."""
-    pairs = team.verdicts(groups)
-    told = [_told(team, group) for group in groups]
-    told.sort(key=lambda group: _rank(team, group), reverse=True)
-    first = told[0].reference_from_map
-    left_out = {name: _why_not(name, told, pairs) for name in team.names if name not in first}
+def merge_result(team: Team, solution: Solution) -> MergeResult:
+    """Fuse each cluster in the frame of its reference map, and order pairs and maps as they were given."""
+    in_given_order = sorted(solution.answers, key=lambda pair: tuple(map(team.names.index, team.task(pair).names)))
+    pairs = tuple(solution.answers[pair] for pair in in_given_order)
+    merged = [_merged(team, cluster) for cluster in solution.clusters]
+    merged.sort(key=lambda group: _rank(team, group), reverse=True)
+    first = merged[0].reference_from_map
+    left_out = {name: _why_left_out(name, merged, pairs) for name in team.names if name not in first}
     calibrated = team.settings.method == CALIBRATED and not team.settings.as_published
-    return MergeResult(team.names, tuple(pairs), tuple(told), left_out, calibrated)
+    return MergeResult(team.names, pairs, tuple(merged), left_out, calibrated)
 
 
-def _told(team: Team, group: Cluster) -> MergedGroup:
-    names = [name for name in team.names if team.place(name) in group.poses]
-    reference = _reference(team, group, names)
-    placed = {name: team.metric(group, reference, name) for name in names}
+def _merged(team: Team, cluster: Cluster) -> MergedGroup:
+    names = [name for name in team.names if team.index(name) in cluster.poses]
+    reference = _reference(team, cluster, names)
+    placed = {name: team.metric(cluster, reference, name) for name in names}
     placed[reference] = Similarity2.identity()
     grid_of = dict(zip(team.maps.names, team.maps.grids, strict=True))
     frame = grid_of[reference].cropped().frame
-    if team.trusted:
-        frame = finest(frame, [grid_of[name].frame.resolution * place.scale for name, place in placed.items()])
+    if team.maps.resolutions_trusted and all(unit == "m" for unit in team.maps.units):
+        frame = finest(frame, [grid_of[name].frame.resolution * pose.scale for name, pose in placed.items()])
     grids = [(placed[name], grid_of[name].cropped()) for name in team.maps.names if name in placed]
     fused = fuse_and_compare(frame, grids, team.settings.fusion)
     return MergedGroup(reference, placed, fused.merged, fused.conflicts)
 
 
-def _reference(team: Team, group: Cluster, names: Sequence[str]) -> str:
-    """The map that was asked for, else that which knows the largest area where the group puts it; the one that comes
-    first by what it holds, of equals."""
+def _reference(team: Team, cluster: Cluster, names: Sequence[str]) -> str:
+    """Choose the map that the settings ask for, else the one with the largest area; of equals the first canonically."""
     if team.settings.reference in names:
         return str(team.settings.reference)
-    return max(sorted(names, key=team.place), key=lambda name: _area(team, group, name))
 
+    def area(name: str) -> float:
+        index = team.index(name)
+        return round(float(team.frames[index].area * cluster.poses[index].scale ** 2), 3)
 
-def _area(team: Team, group: Cluster, name: str) -> float:
-    index = team.place(name)
-    return round(float(team.grounds[index].area * group.poses[index].scale ** 2), 3)
+    return max(sorted(names, key=team.index), key=area)
 
 
 def _rank(team: Team, group: MergedGroup) -> tuple[bool, int, int, int]:
-    asked = team.settings.reference in group.reference_from_map
+    has_reference = team.settings.reference in group.reference_from_map
     known = int(np.count_nonzero(group.merged.known))
-    return asked, len(group.reference_from_map), known, -min(team.place(name) for name in group.reference_from_map)
+    return has_reference, len(group.reference_from_map), known, -min(map(team.index, group.reference_from_map))
 
 
-def _why_not(name: str, told: Sequence[MergedGroup], pairs: Sequence[PairResult]) -> str:
-    """Why a map is not in the first group: its best pair with one that is, and with whom it was joined instead."""
-    joined = told[0].reference_from_map
-    tried = [pair for pair in pairs if name in (pair.target, pair.source)]
-    refused = [pair for pair in tried if {pair.target, pair.source} & joined.keys()]
-    nearest = max(refused, key=lambda pair: pair.confidence)
-    other = nearest.source if nearest.target == name else nearest.target
-    with_others = next(group.reference_from_map for group in told if name in group.reference_from_map)
-    beside = [one for one in with_others if one != name]
+def _why_left_out(name: str, merged: Sequence[MergedGroup], pairs: Sequence[PairResult]) -> str:
+    """Explain why a map is not in the first group: its surest pair with a map of that, and where it is instead."""
+    first = merged[0].reference_from_map
+    tried = [pair for pair in pairs if name in (pair.target, pair.source) and {pair.target, pair.source} & first.keys()]
+    surest = max(tried, key=lambda pair: pair.confidence)
+    other = surest.source if surest.target == name else surest.target
+    own = next(group.reference_from_map for group in merged if name in group.reference_from_map)
+    beside = [one for one in own if one != name]
     instead = f"; joined with {', '.join(beside)} instead" if beside else ""
-    return f"with {other}: {nearest.reason_text}{instead}"
+    return f"with {other}: {surest.reason_text}{instead}"

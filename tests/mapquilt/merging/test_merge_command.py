@@ -46,7 +46,7 @@ def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_a
     whole = tmp_path / "whole"
     assert command("merge", *maps_of_three, "--out", whole) == 0
 
-    from merge.multimap import pairs as module
+    from merge.multimap import pipeline as module
 
     real = module.match
     monkeypatch.setattr(module, "match", lambda task, shelf=None: matched.append(task.names) or real(task, shelf))
@@ -110,8 +110,8 @@ def test_what_cannot_be_added_to_is_told(capsys, tmp_path: Path, maps_of_three: 
         (("--prior", "a:1,2,x"), "--prior a:1,2,x: 'x' is no number"),
         (("--prior", "a:1,2,0,-1"), "sigma is -1"),
         (("--prior", "a:1,2,0"), "alone says nothing"),
-        (("--prior", "z:1,2,0", "--reference", "a"), "prior is 'z', no map is called that"),
-        (("--reference", "z"), "reference is 'z', no map is called that; the maps are a, b"),
+        (("--prior", "z:1,2,0", "--reference", "a"), "--prior 'z': must be the name of a map"),
+        (("--reference", "z"), "--reference 'z': must be the name of a map: a, b"),
         (("--fusion", "mean"), "--fusion mean: must be one of log_odds, least_entropy, max"),
         (("--workers", "0"), "0"),
     ],

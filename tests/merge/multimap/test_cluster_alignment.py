@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.cluster import Cluster, agrees, connected, hops
-from merge.multimap.cluster_alignment import joins
-from tests.merge.multimap.test_consistency import DEVIATIONS, edge, ends, world
+from merge.multimap.cluster_alignment import align_clusters
+from merge.multimap.graph import Cluster, ConsistencyModel, hop_distances, is_connected
+from tests.merge.multimap.test_clustering import DEVIATIONS, edge, ends, silent, world
+
+MODEL = ConsistencyModel(silent, fixed_scale=False)
 
 
 def groups_of(poses, rng):
@@ -28,9 +30,11 @@ def slow_support(chosen, other, first, second):
     between = first.poses[other.target].inverse() @ first.poses[chosen.target]
     spot = between.apply([chosen.target_from_source.x, chosen.target_from_source.y])
     moved = Similarity2(*(spot - (predicted.x, predicted.y)), between.yaw, between.scale).adjoint()
-    apart = hops(first)[other.target, chosen.target] + hops(second)[other.source - 3, chosen.source - 3]
+    apart = (
+        hop_distances(first)[other.target, chosen.target] + hop_distances(second)[other.source - 3, chosen.source - 3]
+    )
     slack = moved @ chosen.covariance @ moved.T + apart * other.covariance
-    return other is chosen or agrees(other, predicted, False, slack)
+    return other is chosen or MODEL.agrees(other, predicted, slack)
 
 
 def test_the_best_supported_place_is_that_of_the_edges_that_agree():
@@ -39,8 +43,8 @@ def test_the_best_supported_place_is_that_of_the_edges_that_agree():
         first, second = groups_of(poses, rng)
         pairs = [(a, b) for a in (0, 1, 2) for b in (3, 4, 5)]
         edges = [edge(poses, *pair, rng, wrong=rng.random() < 0.4, weight=rng.uniform(1.0, 3.0)) for pair in pairs]
-        told = joins(first, second, edges, False)
-        best = max(sum(o.weight for o in edges if slow_support(e, o, first, second)) for e in edges)
+        told = align_clusters(first, second, edges, MODEL)
+        best = max(sum(o.log_odds for o in edges if slow_support(e, o, first, second)) for e in edges)
         assert told[0].support == pytest.approx(best)
         chosen = told[0].edges
         assert any(
@@ -53,7 +57,7 @@ def test_edges_are_told_from_the_first_group_whichever_way_they_came():
     poses, rng = world(6, 3)
     first, second = groups_of(poses, rng)
     one = edge(poses, 1, 4, rng)
-    (join,) = joins(first, second, [one.reversed()], False)
+    (join,) = align_clusters(first, second, [one.reversed()], MODEL)
     assert (join.edges[0].target, join.edges[0].source) == (1, 4)
     truth = poses[0].inverse() @ poses[3]
     found = join.first_from_second
@@ -64,7 +68,7 @@ def test_hops_and_connection():
     poses, rng = world(4, 0)
     members = {k: Similarity2() for k in range(4)}
     held = (edge(poses, 0, 1, rng), edge(poses, 1, 3, rng))
-    assert not connected(members, held)
+    assert not is_connected(Cluster(members, ()), held)
     ring = (*held, edge(poses, 2, 3, rng))
-    assert connected(members, ring)
-    np.testing.assert_array_equal(hops(Cluster(members, ring))[0], [0, 1, 3, 2])
+    assert is_connected(Cluster(members, ()), ring)
+    np.testing.assert_array_equal(hop_distances(Cluster(members, ring))[0], [0, 1, 3, 2])

@@ -5,11 +5,17 @@ import pytest
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
-from merge.multimap.edge import Edge, EdgeTable, LocalFrame, edge_of
-from merge.multimap.pose_graph import averaged, leave_one_out_residuals, packed, slopes, unpacked
+from merge.multimap.graph import Edge, EdgeTable, LocalFrame, edge_from_answer
+from merge.multimap.pose_graph import (
+    leave_one_out_residuals,
+    optimise_poses,
+    pack_poses,
+    relative_pose_jacobian,
+    unpack_poses,
+)
 from merge.records.result import PairResult
 
-GROUNDS = (
+FRAMES = (
     LocalFrame(Similarity2(3.0, -2.0, 0.0, 0.05), 300.0, 1),
     LocalFrame(Similarity2(-40.0, 7.0, 0.4, 0.1), 150.0, 1),
 )
@@ -25,7 +31,7 @@ def test_a_misfit_is_a_square_by_both_covariances():
     for fixed, unknowns in ((True, 3), (False, 4)):
         both = (covariance + slack)[:unknowns, :unknowns]
         expected = off[:unknowns] @ np.linalg.inv(both) @ off[:unknowns]
-        assert table.misfits(Similarity2Array.of([told]), fixed, slack)[0] == pytest.approx(expected)
+        assert table.squared_errors(Similarity2Array.of([told]), fixed, slack)[0] == pytest.approx(expected)
 
 
 def test_slopes_are_those_of_finite_differences():
@@ -40,14 +46,14 @@ def test_slopes_are_those_of_finite_differences():
     at[[3, 7]] = np.log(at[[3, 7]])
     steps = np.eye(8) * 1e-6
     expected = np.stack([(told(at + s) - told(at - s)) / 2e-6 for s in steps], axis=-1)
-    found = slopes(Similarity2Array.of([source, target]), Similarity2Array.of([target, source]))[1]
+    found = relative_pose_jacobian(Similarity2Array.of([source, target]), Similarity2Array.of([target, source]))[1]
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("unknowns", [3, 4])
 def test_poses_are_packed_and_unpacked(unknowns):
     poses = {0: Similarity2(), 3: Similarity2(1.0, 2.0, 3.0, 0.5), 7: Similarity2(-1.0, 0.0, 0.1, 2.0)}
-    again = unpacked(packed(poses, [3, 7], unknowns), poses, [3, 7], unknowns)
+    again = unpack_poses(pack_poses(poses, [3, 7], unknowns), poses, [3, 7], unknowns)
     for index, pose in poses.items():
         np.testing.assert_allclose(again[index].matrix(), pose.matrix(), atol=1e-12)
 
@@ -60,11 +66,11 @@ def test_the_mean_of_a_cycle_shares_what_does_not_close_by_certainty():
         return Edge(a, b, Similarity2(x, 0.0), np.diag([variance, variance, 1e-6, 1e-6]), 1.0)
 
     edges = [edge(0, 1, 10.0, 1.0), edge(1, 2, 10.0, 1.0), edge(0, 2, 23.0, 1.0)]
-    found = averaged({0: Similarity2(), 1: step, 2: step @ step}, edges, 0, fixed_scale=True)
+    found = optimise_poses({0: Similarity2(), 1: step, 2: step @ step}, edges, 0, fixed_scale=True)
     assert found[1].x == pytest.approx(11.0, abs=1e-4)
     assert found[2].x == pytest.approx(22.0, abs=1e-4)
     surer = [*edges[:2], edge(0, 2, 23.0, 1e-6)]
-    assert averaged(found, surer, 0, fixed_scale=True)[2].x == pytest.approx(23.0, abs=1e-4)
+    assert optimise_poses(found, surer, 0, fixed_scale=True)[2].x == pytest.approx(23.0, abs=1e-4)
 
 
 def test_a_covariance_in_metres_is_that_of_a_move_about_the_middle_of_the_source():
@@ -74,14 +80,14 @@ def test_a_covariance_in_metres_is_that_of_a_move_about_the_middle_of_the_source
     root = np.diag([0.3, 0.2, 0.002, 0.003]) @ rng.standard_normal((4, 4))
     covariance = root @ root.T
     pair = PairResult("a", "b", True, 0.9, None, truth, None, "m", None, covariance)
-    edge = edge_of(pair, (0, 1), GROUNDS)
+    edge = edge_from_answer(pair, (0, 1), FRAMES)
     told = []
     for move in rng.multivariate_normal(np.zeros(4), covariance, 4000):
         drawn = Similarity2(truth.x + move[0], truth.y + move[1], truth.yaw + move[2], truth.scale + move[3])
-        local = GROUNDS[0].metres_from_local.inverse() @ drawn @ GROUNDS[1].metres_from_local
+        local = FRAMES[0].metres_from_local.inverse() @ drawn @ FRAMES[1].metres_from_local
         told.append((local.x, local.y, local.yaw, math.log(local.scale)))
     scattered = np.cov(np.array(told).T)
-    bare = edge_of(PairResult("a", "b", True, 0.9, None, truth, None, "m", None), (0, 1), GROUNDS).covariance
+    bare = edge_from_answer(PairResult("a", "b", True, 0.9, None, truth, None, "m", None), (0, 1), FRAMES).covariance
     factor = edge.covariance[2, 2] / (bare[2, 2] + scattered[2, 2])  # a ceiling shrinks all alike
     np.testing.assert_allclose(
         edge.covariance, factor * (bare + scattered), rtol=0.15, atol=0.03 * edge.covariance[0, 0]
@@ -104,13 +110,15 @@ def test_the_strain_of_an_edge_is_what_all_others_fit_better_without_it(fixed):
         edges.append(Edge(a, b, found, np.diag([0.1, 0.1, 0.005, 0.005]) ** 2, 1.0))
 
     def squares(held):
-        told = averaged(poses, held, 0, fixed)
+        told = optimise_poses(poses, held, 0, fixed)
         placed = [(Similarity2Array.of([told[e.target]]), Similarity2Array.of([told[e.source]])) for e in held]
-        misfits = [EdgeTable.of([e]).misfits(t.inverse() @ s, fixed)[0] for e, (t, s) in zip(held, placed, strict=True)]
+        misfits = [
+            EdgeTable.of([e]).squared_errors(t.inverse() @ s, fixed)[0] for e, (t, s) in zip(held, placed, strict=True)
+        ]
         return sum(misfits), told
 
     whole, told = squares(edges)
-    found = leave_one_out_residuals(told, edges, 0, fixed)
+    found = leave_one_out_residuals(told, edges, 0, fixed, 1e-6)
     for k in range(5):
         without, _ = squares([*edges[:k], *edges[k + 1 :]])
         assert found[k] == pytest.approx(whole - without, rel=0.03, abs=0.02)

@@ -15,11 +15,12 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge import MergeSettings, merge_maps
-from merge.multimap.cluster import Cluster
-from merge.multimap.guided_matching import by_itself
-from merge.multimap.joint_icp import agreement, joint
-from merge.multimap.pair_selection import in_blocks, in_order, partners
+from merge.multimap.graph import Cluster
+from merge.multimap.joint_icp import joint_icp, mean_score
+from merge.multimap.pair_selection import best_partners, in_blocks, in_matching_order
+from merge.multimap.pipeline import solve
 from merge.multimap.team import Team
+from merge.multimap.verdicts import verdict_by_itself
 from merge.records.prior import Prior
 from merge.records.reason import Reason, Refusal
 from tests.merge.rooms import hall, observed, random_similarity, rooms, viewpoints
@@ -87,13 +88,13 @@ def test_a_refused_pair_is_won_back_and_keeps_its_reason(three):
     pair = result.pairs[2]
     assert (pair.accepted, pair.decided_by, pair.pair_refusal) == (True, "team", Refusal(Reason.AMBIGUOUS))
     assert off_cells(pair.target_from_source, frames[1] @ frames[2].inverse(), maps.grids[2]) < 1.0
-    again = by_itself(pair)
+    again = verdict_by_itself(pair)
     assert (again.accepted, again.reason) == (False, Reason.AMBIGUOUS)
 
 
 def with_refused(before, refused, moves):
     """The answers of a result, those pairs refused; where there is a move for one, found elsewhere."""
-    answers = {(p.target, p.source): by_itself(p) for p in before.pairs}
+    answers = {(p.target, p.source): verdict_by_itself(p) for p in before.pairs}
     for pair in refused:
         found = moves.get(pair, Similarity2()) @ answers[pair].target_from_source
         answers[pair] = dataclasses.replace(
@@ -141,27 +142,27 @@ def test_what_the_team_put_aside_is_accepted_again_by_itself(three):
     pair = dataclasses.replace(
         three[2].pairs[0], accepted=False, refusal=Refusal(Reason.CONTRADICTS_TEAM), decided_by="team"
     )
-    again = by_itself(pair)
+    again = verdict_by_itself(pair)
     assert (again.accepted, again.reason, again.decided_by) == (True, None, "pair")
     assert again.target_from_source == three[2].pairs[0].target_from_source
 
 
 def test_joint_refinement_mends_poses_that_are_a_little_off(three):
     maps, frames, _ = three
-    solved = Team(maps, MergeSettings(), 0, None, None, {})
-    (group,) = solved.solve()
-    chart = solved.witness.chart
+    solved = Team.of(maps, MergeSettings())
+    (group,) = solve(solved, {}).clusters
+    prepared = solved.likelihood.prepared
     rng = np.random.default_rng(0)
     poses = {
         index: Similarity2(*rng.uniform(-2, 2, 2), rng.uniform(-0.01, 0.01)) @ pose if index != group.root else pose
         for index, pose in group.poses.items()
     }
-    mended = joint(Cluster(poses, group.edges), chart, {}, fixed_scale=True)
-    assert agreement(mended, chart) > agreement(Cluster(poses, group.edges), chart)
+    refined = joint_icp(Cluster(poses, group.edges), prepared, {}, fixed_scale=True)
+    assert mean_score(refined, prepared, 1500) > mean_score(Cluster(poses, group.edges), prepared, 1500)
     names = solved.maps.names
     for name in names[1:]:
         truth = frames["abc".index(names[0])] @ frames["abc".index(name)].inverse()
-        found = solved.metric(mended, names[0], name)
+        found = solved.metric(refined, names[0], name)
         assert off_cells(found, truth, maps.grids["abc".index(name)]) < 1.0
 
 
@@ -177,7 +178,7 @@ def test_the_reference_can_be_chosen(three):
 
 
 def test_names_that_are_no_map_are_refused(three):
-    with pytest.raises(ValueError, match="reference is 'x', no map is called that; the maps are a, b, c"):
+    with pytest.raises(ValueError, match="reference is 'x', must be the name of a map: a, b, c"):
         merge_maps(three[0], MergeSettings(reference="x"))
     with pytest.raises(ValueError, match="prior is 'y'"):
         merge_maps(three[0], MergeSettings(priors=(Prior("a", 0, 0, 0), Prior("y", 0, 0, 0))))
@@ -267,16 +268,16 @@ def test_two_groups_each_get_a_merged_map(three):
 def test_the_most_promising_partners_of_each_map_are_taken():
     promises = np.array([[0, 9, 8, 1], [9, 0, 7, 2], [8, 7, 0, 3], [1, 2, 3, 0]], float)
     pairs = [(a, b) for a in range(4) for b in range(a + 1, 4)]
-    assert partners(promises, pairs, 1) == [(0, 1), (0, 2), (2, 3)]
-    assert partners(promises, pairs, 3) == pairs
+    assert best_partners(promises, pairs, 1) == [(0, 1), (0, 2), (2, 3)]
+    assert best_partners(promises, pairs, 3) == pairs
 
 
 def test_blocks_and_their_order_leave_out_no_pair():
     pairs = [(a, b) for a in range(23) for b in range(a + 1, 23) if (a * b) % 5]
-    assert sorted(pair for block in in_blocks(pairs) for pair in block) == pairs
-    assert max(len({k for pair in block for k in pair}) for block in in_blocks(pairs)) <= 20
-    assert sorted(in_order(pairs)) == pairs
-    assert in_order([]) == []
+    assert sorted(pair for block in in_blocks(pairs, 10) for pair in block) == pairs
+    assert max(len({k for pair in block for k in pair}) for block in in_blocks(pairs, 10)) <= 20
+    assert sorted(in_matching_order(pairs)) == pairs
+    assert in_matching_order([]) == []
 
 
 def test_pairs_of_near_maps_follow_one_another():
@@ -293,7 +294,7 @@ def test_pairs_of_near_maps_follow_one_another():
                 shelf = [*(other for other in shelf if other != k), k]
         return misses
 
-    assert missed(in_order(pairs)) < 0.7 * missed(pairs)
+    assert missed(in_matching_order(pairs)) < 0.7 * missed(pairs)
 
 
 def test_merged_cells_are_as_fine_as_the_finest_map_where_resolutions_are_trusted():

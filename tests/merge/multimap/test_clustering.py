@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.cluster import GATES, predicted
-from merge.multimap.consistency import consistent
-from merge.multimap.edge import Edge
-from merge.multimap.outlier_rejection import score
+from merge.multimap.clustering import cluster_maps
+from merge.multimap.graph import ConsistencyModel, Edge
+from merge.multimap.outlier_rejection import total_log_odds
 from merge.multimap.pose_graph import leave_one_out_residuals
 from tests.merge.rooms import random_similarity
 
@@ -21,6 +20,10 @@ DEVIATIONS = np.array([1.0, 1.0, 0.01, 0.01])
 
 def silent(target, source, place):
     return 0.0
+
+
+def consistent(number, edges, likelihood, fixed_scale):
+    return cluster_maps(number, edges, ConsistencyModel(likelihood, fixed_scale))
 
 
 def world(number, seed):
@@ -45,7 +48,7 @@ def all_edges(poses, rng, wrong=()):
 def check_poses(group, poses, off=4.0):
     for index in group.poses:
         truth = poses[group.root].inverse() @ poses[index]
-        found = predicted(group, group.root, index)
+        found = group.target_from_source(group.root, index)
         assert math.hypot(found.x - truth.x, found.y - truth.y) < off * max(1.0, truth.scale)
         assert abs(math.remainder(found.yaw - truth.yaw, math.tau)) < 0.04
 
@@ -121,7 +124,7 @@ def test_the_order_and_the_direction_of_answers_change_nothing():
     (other,) = consistent(7, other_way, silent, False)
     assert {frozenset(p) for p in ends(one.edges)} == {frozenset(p) for p in ends(other.edges)}
     for index in range(1, 7):
-        a, b = predicted(one, 0, index), predicted(other, 0, index)
+        a, b = one.target_from_source(0, index), other.target_from_source(0, index)
         np.testing.assert_allclose(a.matrix(), b.matrix(), atol=0.05)
 
 
@@ -138,7 +141,7 @@ def test_many_answers_average_what_each_gets_wrong():
     for seed in range(8):
         poses, rng = world(6, 100 + seed)
         (group,) = consistent(6, all_edges(poses, rng), silent, False)
-        truth, found = poses[0].inverse() @ poses[5], predicted(group, 0, 5)
+        truth, found = poses[0].inverse() @ poses[5], group.target_from_source(0, 5)
         errors.append(math.hypot(found.x - truth.x, found.y - truth.y))
     assert np.mean(errors) < 0.75 * math.sqrt(math.pi / 2.0)  # what one answer alone is off on average
 
@@ -150,7 +153,8 @@ def test_more_speaks_for_the_truth_than_for_another_place():
     shifted = dict(group.poses)
     shifted[4] = Similarity2(40.0, 0.0) @ shifted[4]
     worse = type(group)(shifted, group.edges)
-    assert score([group], edges, silent, False) > score([worse], edges, silent, False)
+    model = ConsistencyModel(silent, fixed_scale=False)
+    assert total_log_odds([group], edges, model) > total_log_odds([worse], edges, model)
 
 
 @pytest.mark.parametrize("fixed", [True, False])
@@ -163,7 +167,7 @@ def test_a_fixed_scale_stays(fixed):
         edges.append(dataclasses.replace(e, target_from_source=Similarity2(found.x, found.y, found.yaw)))
     (group,) = consistent(4, edges, silent, fixed)
     for index in range(4):
-        assert predicted(group, 0, index).scale == pytest.approx(1.0, abs=1e-9 if fixed else 0.02)
+        assert group.target_from_source(0, index).scale == pytest.approx(1.0, abs=1e-9 if fixed else 0.02)
 
 
 def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
@@ -177,9 +181,9 @@ def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
     near = Similarity2(truth.x + 9.0 * truth.x / along, truth.y + 9.0 * truth.y / along, truth.yaw, truth.scale)
     edges.append(Edge(0, number - 1, near, np.diag(3.0 * DEVIATIONS**2), 3.0))
     (group,) = consistent(number, edges, silent, False)
-    squares = leave_one_out_residuals(group.poses, group.edges, group.root, False)
+    squares = leave_one_out_residuals(group.poses, group.edges, group.root, False, 1e-6)
     assert len(group.poses) == number
-    assert squares.max() < GATES[False]
+    assert squares.max() < ConsistencyModel(silent, fixed_scale=False).gate
 
 
 def test_a_sure_wrong_answer_that_is_believed_first_keeps_no_map_out():
