@@ -12,9 +12,9 @@ from merge.literature.genetic import Genetic
 from merge.literature.hough import Hough
 from merge.literature.icp import Icp
 from merge.literature.plain_orb import PlainOrb
+from merge.literature.published import Published
 from merge.literature.random_walk import RandomWalk
 from merge.literature.stitching import Stitching
-from merge.pair.published import Published
 from merge.proposers.landmarks import Landmarks
 from merge.proposers.normal_correlation import NormalCorrelation
 from merge.proposers.orb import Orb

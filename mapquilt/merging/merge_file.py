@@ -15,8 +15,8 @@ from mapquilt.json_file import similarity_from_record, similarity_record
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
-from merge.records.reason import Refusal
 from merge.records.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
+from merge.records.verdict import Refusal
 from merge.settings import MergeSettings
 
 

@@ -1,4 +1,4 @@
-"""One surface laid on another, point by point: the compiled loops under the measure and the refinement."""
+"""Normal equations of corresponding surface points: the compiled loops under all refinement."""
 
 from __future__ import annotations
 
@@ -8,127 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-FACING_COSINE = 0.5
-
-Indices = NDArray[np.uint16] | NDArray[np.int32]
-
-Surface = tuple[NDArray[np.float64], NDArray[np.float64], Indices, NDArray[np.float32], int]
-"""Points (N, 2), normals (N, 2), nearest (4, rows, cols), depth and margin of a ``PreparedMap``."""
+from merge.preparation.surface import Surface, facing, nearest_point
 
 Equations = NDArray[np.float64]
 """Hessian and gradient of x, y, yaw and log scale, (4, 5)."""
-
-
-@njit(cache=True)
-def sector(nx: float, ny: float) -> int:
-    """Which of the directions 0, 90, 180 and 270 degrees a normal is nearest to: 0 to 3."""
-    if abs(nx) >= abs(ny):
-        return 0 if nx >= 0.0 else 2
-    return 1 if ny >= 0.0 else 3
-
-
-@njit(cache=True)
-def nearest_point(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[int, float]:
-    """Index of the point nearest to (x, y) among the surface that faces about the same way as (nx, ny), and its
-    distance; -1 and inf if there is none. A zero normal faces every way.
-    """
-    points, _, nearest, _, margin = below
-    col, row = math.floor(x) + margin, math.floor(y) + margin
-    best, best_distance = -1, math.inf
-    if col < 0 or row < 0 or row >= nearest.shape[1] or col >= nearest.shape[2]:
-        return best, best_distance
-    everywhere = nx == 0.0 and ny == 0.0
-    first = 0 if everywhere else sector(nx, ny)
-    for k in range(first, 4 if everywhere else first + 1):
-        index = int(nearest[k, row, col])
-        if index < len(points):
-            distance = math.hypot(x - points[index, 0], y - points[index, 1])
-            if distance < best_distance:
-                best, best_distance = index, distance
-    return best, best_distance
-
-
-@njit(cache=True)
-def nearest_points(
-    below: Surface, points: NDArray[np.float64], normals: NDArray[np.float64]
-) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """``nearest_point`` of many points (N, 2) with their normals (N, 2): indices (N,) and distances (N,)."""
-    indices, distances = np.empty(len(points), np.intp), np.empty(len(points))
-    for k in range(len(points)):
-        indices[k], distances[k] = nearest_point(below, points[k, 0], points[k, 1], normals[k, 0], normals[k, 1])
-    return indices, distances
-
-
-@njit(cache=True)
-def depth_at(below: Surface, x: float, y: float) -> float:
-    """How deep in free space (x, y) lies [cells]; 0 where it is not free."""
-    depth, margin = below[3], below[4]
-    col, row = math.floor(x) + margin, math.floor(y) + margin
-    if col < 0 or row < 0 or row >= depth.shape[0] or col >= depth.shape[1]:
-        return 0.0
-    return float(depth[row, col])
-
-
-@njit(cache=True)
-def facing(ax: float, ay: float, bx: float, by: float) -> float:
-    """Cosine between unit normals; 1 where either is zero, since such a wall faces every way."""
-    if (ax == 0.0 and ay == 0.0) or (bx == 0.0 and by == 0.0):
-        return 1.0
-    return ax * bx + ay * by
-
-
-@njit(cache=True)
-def count_wall_overlap(
-    below: Surface,
-    above: Surface,
-    kept: NDArray[np.intp],
-    matrix: NDArray[np.float64],
-    tolerances: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How the kept points of ``above``, moved by ``matrix`` (2, 3), lie on ``below``, by tolerance, loosest first.
-
-    Numbers (K, 3) of those on walls that face the same way, just in front of walls that face the other way, and deep
-    in free space; and xx, xy and yy (3,) of the sum of n n^T over those on walls by the first tolerance.
-    """
-    scale = math.hypot(matrix[0, 0], matrix[1, 0])
-    c, s = matrix[0, 0] / scale, matrix[1, 0] / scale
-    counts, scatter = np.zeros((len(tolerances), 3)), np.zeros(3)
-    for k in kept:
-        px, py, ax, ay = above[0][k, 0], above[0][k, 1], above[1][k, 0], above[1][k, 1]
-        x = matrix[0, 0] * px + matrix[0, 1] * py + matrix[0, 2]
-        y = matrix[1, 0] * px + matrix[1, 1] * py + matrix[1, 2]
-        nx, ny = c * ax - s * ay, s * ax + c * ay
-        index, away = nearest_point(below, x, y, nx, ny)
-        if index >= 0 and facing(nx, ny, below[1][index, 0], below[1][index, 1]) <= FACING_COSINE:
-            away = math.inf
-        if away <= tolerances[0]:
-            scatter[0] += nx * nx
-            scatter[1] += nx * ny
-            scatter[2] += ny * ny
-        if away <= tolerances[-1]:
-            counts[:, 0] += 1.0
-            continue
-        across, opposed = _behind_or_in_front(below, x, y, nx, ny)
-        deep = depth_at(below, x, y)
-        for level, tolerance in enumerate(tolerances):
-            if away <= tolerance:
-                counts[level, 0] += 1.0
-            elif across <= tolerance:
-                counts[level, 1] += opposed
-            elif deep > tolerance:
-                counts[level, 2] += 1.0
-    return counts, scatter
-
-
-@njit(cache=True)
-def _behind_or_in_front(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[float, bool]:
-    """Distance to the nearest surface that faces about the other way, and whether (x, y) lies in front of it."""
-    index, distance = nearest_point(below, x, y, -nx, -ny)
-    if index < 0:
-        return distance, False
-    qx, qy = below[1][index, 0], below[1][index, 1]
-    in_front = (x - below[0][index, 0]) * qx + (y - below[0][index, 1]) * qy > 0.0
-    return distance, in_front and facing(nx, ny, qx, qy) < -FACING_COSINE
 
 
 @njit(cache=True)

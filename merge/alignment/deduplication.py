@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
+from merge.records.proposal import Proposal
 
 SAME_SHARE = 0.035
 """Proposals that put the source's surface this near one another, as a share of the smaller map's diagonal, are one."""
@@ -28,11 +28,6 @@ def apart(chart: PreparedMap, transforms: Sequence[Similarity2]) -> NDArray[np.f
         np.abs(turns[:, None] - turns) ** 2 * variance + np.abs(shifts[:, None] - shifts) ** 2
     )
     return np.sqrt(squares)
-
-
-def smaller_diagonal(target: PreparedMap, source: PreparedMap, scale: float) -> float:
-    """The diagonal of the smaller map, in cells of the target."""
-    return min(target.diagonal, scale * source.diagonal)
 
 
 def merged(

@@ -11,12 +11,11 @@ import numpy as np
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.coarse_to_fine import CoarseToFineSettings, pattern_search, refine
-from merge.alignment.deduplication import SAME_SHARE, apart, merged, smaller_diagonal
+from merge.alignment.deduplication import SAME_SHARE, apart, merged
 from merge.alignment.icp import icp_batch
 from merge.alignment.patchwise_alignment import align_patchwise
-from merge.alignment.second_best import second_best_proposals
-from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
+from merge.records.proposal import Proposal
 from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap, measure_wall_overlap_by_tolerance
 
 ROUGH_POINTS = 200
@@ -88,9 +87,14 @@ def finished(
     return distinct(target, source, polished)
 
 
-def rivals(target: PreparedMap, source: PreparedMap, answer: Hypothesis, scale: ScaleRange) -> list[Hypothesis]:
-    """The best other places at the answer's own scale, refined with care."""
-    proposals = second_best_proposals(target, source, answer.target_from_source)
+def refine_second_best(
+    target: PreparedMap,
+    source: PreparedMap,
+    answer: Hypothesis,
+    proposals: Sequence[Proposal],
+    scale: ScaleRange,
+) -> list[Hypothesis]:
+    """Refine the best of the proposals that are to compete with an answer, best first."""
     short_list = _short_list(target, source, proposals, scale, SECOND_BEST)[:SECOND_BEST_FINALISTS]
     return finished(target, source, short_list, scale, answer.walls.score)
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.correspondences import Surface, add_equations, add_equations_back
+from merge.alignment.correspondences import add_equations, add_equations_back
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import Surface
 from merge.verification.wall_overlap import thinned
 
 LINE_SHARE = 0.8

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
-from merge.alignment.correspondences import add_equations, nearest_points
-from merge.alignment.deduplication import smaller_diagonal
+from merge.alignment.correspondences import add_equations
 from merge.alignment.icp import LINE_SHARE
-from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
+from merge.preparation.surface import nearest_points
 
 PATCH_SHARE = 0.15
 """Side of a patch, as a share of the smaller map's diagonal: what drift bends is nearly rigid over so little."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 
 
 @dataclass(frozen=True, eq=False)

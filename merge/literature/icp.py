@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.nearest_wall import Complex, NearestWall
-from merge.pair.pipeline import PairAnswer
-from merge.pair.published import nothing_found
+from merge.literature.published import nothing_found
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
-from merge.records.reason import Reason, Refusal
-from merge.verification.acceptance import Verdict
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
+from merge.records.verdict import Reason, Refusal, Verdict
 from merge.verification.cell_overlap import centres
 
 

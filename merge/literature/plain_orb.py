@@ -9,12 +9,12 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from merge.literature.agreed_matches import AgreedMatches, agreed
-from merge.pair.pipeline import PairAnswer
-from merge.pair.published import judged, nothing_found
+from merge.literature.published import judged, nothing_found
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.orb import SMALLEST_SIDE, Keypoints
-from merge.proposers.proposer import Proposal
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.poses import Poses, inverses, matrices
-from merge.pair.pipeline import PairAnswer
-from merge.pair.published import judged, nothing_found
+from merge.literature.published import judged, nothing_found
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
 from merge.verification.cell_overlap import centres, compare_cells
 
 

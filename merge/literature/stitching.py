@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.agreed_matches import AgreedMatches
-from merge.pair.pipeline import PairAnswer
-from merge.pair.published import judged, nothing_found
+from merge.literature.published import judged, nothing_found
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
 
 LARGEST_SEED = 2**31 - 1
 

@@ -28,7 +28,7 @@ def match_near(task: GuidedTask, cache: FeatureCache | None = None) -> PairResul
     metres = [metres_from_prepared(grid.frame, each.chart) for grid, each in zip(pair.grids, features, strict=True)]
     scale = pair.in_cells(pair.scale, features)
     if isinstance(task.guess, Expected):
-        guesses = task.guess.starts(features[0].chart, *metres)
+        guesses = task.guess.starts(features[0].chart.diagonal, *metres)
     else:
         guesses = [metres[0].inverse() @ task.guess @ metres[1]]
     guesses = [dataclasses.replace(guess, scale=scale.clip(guess.scale)) for guess in guesses]

@@ -9,12 +9,12 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.alignment.coarse_to_fine import refine
-from merge.alignment.deduplication import apart, smaller_diagonal
+from merge.alignment.deduplication import apart
 from merge.alignment.hypotheses import QUICK
 from merge.multimap.graph import LocalFrame
 from merge.multimap.settings import OverlapLikelihoodSettings
 from merge.pair.feature_cache import FeatureCache
-from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
 from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap
 
 

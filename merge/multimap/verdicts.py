@@ -6,8 +6,8 @@ import dataclasses
 
 from merge.pair.matching import PairTask
 from merge.records.prior import Expected
-from merge.records.reason import Reason, Refusal
 from merge.records.result import DecidedBy, PairResult
+from merge.records.verdict import Reason, Refusal
 
 
 def needs_prior_search(answer: PairResult, expected: Expected) -> bool:

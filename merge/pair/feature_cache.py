@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from mapping.geometry.se2 import SE2
@@ -13,8 +14,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
-from merge.pair.pipeline import MapFeatures
-from merge.pair.published import Published
+from merge.literature.published import Published
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposer
 
@@ -28,6 +28,14 @@ KEPT = 40
 """Maps that a shelf holds: what is known of one of 400 x 400 cells takes about 8 MB."""
 
 Method = Proposer[Any] | Published[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class MapFeatures:
+    """A map as the merger holds it: its chart, and what each proposer of the method found on it."""
+
+    chart: PreparedMap
+    descriptions: tuple[Any, ...]
 
 
 class FeatureCache:

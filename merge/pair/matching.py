@@ -20,12 +20,19 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet, Unit
 from mapping.seeds import Role, stream
 from merge.methods import PROPOSERS, PUBLISHED
-from merge.pair.feature_cache import FeatureCache, Method, cell_width, map_cells_from_prepared, metres_from_prepared
-from merge.pair.pipeline import MapFeatures, PairAnswer, merge_pair
-from merge.records.reason import Reason
+from merge.pair.feature_cache import (
+    FeatureCache,
+    MapFeatures,
+    Method,
+    cell_width,
+    map_cells_from_prepared,
+    metres_from_prepared,
+)
+from merge.pair.pipeline import merge_pair
+from merge.records.pair_answer import PairAnswer
 from merge.records.result import Alternative, PairResult
+from merge.records.verdict import Reason, Verdict
 from merge.settings import MergeSettings
-from merge.verification.acceptance import Verdict
 
 SAME_SCALE = math.log(1.03)
 """What differs by less is no other scale."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,17 +15,21 @@ from merge.alignment.hypotheses import (
     distinct,
     finished,
     is_distinct,
-    rivals,
+    refine_second_best,
     settled,
     sharpest,
 )
+from merge.pair.feature_cache import MapFeatures
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal, Proposer
-from merge.records.reason import Reason
+from merge.proposers.proposer import Proposer
+from merge.proposers.second_best import second_best_proposals
+from merge.records.pair_answer import Alternative, PairAnswer
+from merge.records.proposal import Proposal
 from merge.records.result import Evidence
-from merge.verification.acceptance import AcceptanceSettings, Verdict, decide, margin
+from merge.records.verdict import Reason, Verdict
+from merge.verification.acceptance import AcceptanceSettings, decide, margin
 from merge.verification.cell_overlap import compare_cells
-from merge.verification.uncertainty import Uncertainty, uncertainty
+from merge.verification.uncertainty import uncertainty
 
 MIN_SURFACE_POINTS = 20
 FINALISTS = 4
@@ -38,51 +41,6 @@ SURE_SCORE = 0.45
 
 ALTERNATIVES = 3
 """So many other places are told."""
-
-
-@dataclass(frozen=True, eq=False)
-class MapFeatures:
-    """A map as the merger holds it: its chart, and what each proposer of the method found on it."""
-
-    chart: PreparedMap
-    descriptions: tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """Another place for the source, cells to cells, and how well the walls agree there (``Evidence``)."""
-
-    target_from_source: Similarity2
-    score: float
-
-
-@dataclass(frozen=True)
-class PairAnswer:
-    """The best candidate, cells to cells, with its evidence, and the decision. None where nothing was proposed, the
-    uncertainty also where a method answered as published. ``alternatives`` lie elsewhere, the best of them first."""
-
-    target_from_source: Similarity2 | None
-    evidence: Evidence | None
-    verdict: Verdict
-    uncertainty: Uncertainty | None = None
-    alternatives: tuple[Alternative, ...] = ()
-
-    @property
-    def score(self) -> float:
-        return 0.0 if self.evidence is None else self.evidence.score
-
-    def inverse(self) -> PairAnswer:
-        """The answer for the pair the other way round."""
-        answer = self.target_from_source
-        if answer is None:
-            return self
-        return PairAnswer(
-            answer.inverse(),
-            self.evidence,
-            self.verdict,
-            None if self.uncertainty is None else self.uncertainty.inverse(answer),
-            tuple(Alternative(other.target_from_source.inverse(), other.score) for other in self.alternatives),
-        )
 
 
 def merge_pair(
@@ -114,7 +72,8 @@ def merge_pair(
         rough = rough[FINALISTS:]
         answer = _best(*charts, found, scale, settings)
         if answer.score >= settings.min_score:
-            found = distinct(*charts, [*found, *rivals(*charts, found[0], scale)])
+            others = second_best_proposals(*charts, found[0].target_from_source)
+            found = distinct(*charts, [*found, *refine_second_best(*charts, found[0], others, scale)])
             answer = _best(*charts, found, scale, settings)
         if answer.evidence is not None and _is_sure(answer.evidence, settings):
             break

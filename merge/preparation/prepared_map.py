@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array, sealed
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.alignment.correspondences import Indices, Surface
 from merge.preparation.correlation_pyramid import CorrelationPyramid
+from merge.preparation.surface import Indices, Surface
 
 NORMAL_BLUR_CELLS = 1.2
 SECTOR_COSINE = 0.38
@@ -84,6 +84,11 @@ class PreparedMap:
     def middle(self) -> NDArray[np.float64]:
         """The mean (2,) of the surface points; zero if there are none."""
         return self.points.mean(axis=0) if len(self.points) else np.zeros(2)
+
+
+def smaller_diagonal(target: PreparedMap, source: PreparedMap, scale: float) -> float:
+    """The diagonal of the smaller map, in cells of the target."""
+    return min(target.diagonal, scale * source.diagonal)
 
 
 def _surface(grid: OccupancyGrid) -> NDArray[np.bool_]:

@@ -14,7 +14,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 
 Marks = NDArray[np.float64]
 """Landmarks (N, 3): x and y of the middle, and size, in cells of a ``PreparedMap``; those of most cells first."""

@@ -14,7 +14,7 @@ from merge.preparation.correlation_pyramid import CorrelationPyramid
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import Peak, correlate
 from merge.proposers.orientation_histogram import correlated, likely_yaws, wall_directions
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 
 ALL_ROUND = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
 

@@ -12,7 +12,7 @@ from mapping.geometry.scale_range import ScaleRange
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 
 DEEP_SHARE = 0.05
 """Free space this share of the diagonal deep is white in the second picture."""

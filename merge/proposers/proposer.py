@@ -2,30 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
-from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap
+from merge.records.proposal import Proposal
 
 Description = TypeVar("Description")
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """A transform worth judging, from cells of the source to cells of the target (``PreparedMap``).
-
-    ``matches`` and ``inliers`` count point pairs and those that agree; None for a method that matches no points.
-    ``votes`` is how many proposals said nearly the same.
-    """
-
-    target_from_source: Similarity2
-    matches: int | None = None
-    inliers: int | None = None
-    votes: int = 1
 
 
 class Proposer(Protocol[Description]):

@@ -10,7 +10,6 @@ import numpy as np
 
 from mapping.geometry.se2 import wrap_angle
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import PreparedMap
 
 SIGMA = 1.0
 YAW_SIGMA = math.radians(10.0)
@@ -69,9 +68,9 @@ class Expected:
         turned = abs(wrap_angle(found.yaw - self.target_from_source.yaw))
         return away <= WIDEST * self.sigma and turned <= WIDEST * YAW_SIGMA
 
-    def starts(self, target: PreparedMap, target_metres: Similarity2, source_metres: Similarity2) -> list[Similarity2]:
+    def starts(self, diagonal: float, target_metres: Similarity2, source_metres: Similarity2) -> list[Similarity2]:
         """Places around the expected one, cells to cells, close enough for one of them to be refined to the answer."""
-        step = STEP_SHARE * target.diagonal * target_metres.scale
+        step = STEP_SHARE * diagonal * target_metres.scale
         number = max(0, math.ceil(2.0 * self.sigma / step))
         yaws = [k * YAW_SIGMA for k in range(-2, 3)]
         while (2 * number + 1) ** 2 * len(yaws) > MOST_STARTS:

@@ -13,7 +13,7 @@ from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import Unit
-from merge.records.reason import Reason, Refusal
+from merge.records.verdict import Reason, Refusal
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from scipy.special import expit
 
-from merge.records.reason import Reason, Refusal
 from merge.records.result import Evidence
+from merge.records.verdict import Reason, Refusal, Verdict
 
 MIN_CONFIDENCE = 0.6
 
@@ -59,24 +59,6 @@ class AcceptanceSettings:
             raise ValueError(f"AcceptanceSettings: threshold is {self.threshold}, must be finite")
         if not 0.0 <= self.min_confidence <= 1.0:
             raise ValueError(f"AcceptanceSettings: min_confidence is {self.min_confidence}, must lie between 0 and 1")
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Accept or refuse an answer; ``refusal`` is None where it is accepted."""
-
-    accepted: bool
-    confidence: float
-    refusal: Refusal | None
-
-    @property
-    def reason(self) -> Reason | None:
-        """Reason of the refusal, None where the answer is accepted."""
-        return None if self.refusal is None else self.refusal.reason
-
-    @staticmethod
-    def refuse(reason: Reason, confidence: float = 0.0, detail: str = "") -> Verdict:
-        return Verdict(False, confidence, Refusal(reason, detail))
 
 
 def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings()) -> Verdict:

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.correspondences import count_wall_overlap
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import Surface, depth_at, facing, nearest_point
+
+FACING_COSINE = 0.5
 
 TOLERANCE_SHARES = (0.014, 0.010, 0.007, 0.0035, 0.002)
 """Walls this share of the smaller map's diagonal apart may be one wall: from what bent maps need to what crisp ones
@@ -125,7 +128,7 @@ def _lay(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lengths (K, 3) on walls, opposed and in free; and the sum (2, 2) of n n^T in the frame of the map below."""
     kept, weight = thinned(len(above.points), most_points)
-    lengths, (xx, xy, yy) = count_wall_overlap(
+    lengths, (xx, xy, yy) = _count_wall_overlap(
         below.surface, above.surface, kept, below_from_above.matrix(), tolerances
     )
     return weight * lengths, weight * np.array([[xx, xy], [xy, yy]])
@@ -148,3 +151,57 @@ def _lesser_share(scatter: NDArray[np.float64]) -> float:
     half_trace = float(scatter[0, 0] + scatter[1, 1]) / 2.0
     apart = math.hypot(float(scatter[0, 0] - scatter[1, 1]) / 2.0, float(scatter[0, 1]))
     return max(half_trace - apart, 0.0) / (2.0 * half_trace) if half_trace > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _count_wall_overlap(
+    below: Surface,
+    above: Surface,
+    kept: NDArray[np.intp],
+    matrix: NDArray[np.float64],
+    tolerances: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How the kept points of ``above``, moved by ``matrix`` (2, 3), lie on ``below``, by tolerance, loosest first.
+
+    Numbers (K, 3) of those on walls that face the same way, just in front of walls that face the other way, and deep
+    in free space; and xx, xy and yy (3,) of the sum of n n^T over those on walls by the first tolerance.
+    """
+    scale = math.hypot(matrix[0, 0], matrix[1, 0])
+    c, s = matrix[0, 0] / scale, matrix[1, 0] / scale
+    counts, scatter = np.zeros((len(tolerances), 3)), np.zeros(3)
+    for k in kept:
+        px, py, ax, ay = above[0][k, 0], above[0][k, 1], above[1][k, 0], above[1][k, 1]
+        x = matrix[0, 0] * px + matrix[0, 1] * py + matrix[0, 2]
+        y = matrix[1, 0] * px + matrix[1, 1] * py + matrix[1, 2]
+        nx, ny = c * ax - s * ay, s * ax + c * ay
+        index, away = nearest_point(below, x, y, nx, ny)
+        if index >= 0 and facing(nx, ny, below[1][index, 0], below[1][index, 1]) <= FACING_COSINE:
+            away = math.inf
+        if away <= tolerances[0]:
+            scatter[0] += nx * nx
+            scatter[1] += nx * ny
+            scatter[2] += ny * ny
+        if away <= tolerances[-1]:
+            counts[:, 0] += 1.0
+            continue
+        across, opposed = _behind_or_in_front(below, x, y, nx, ny)
+        deep = depth_at(below, x, y)
+        for level, tolerance in enumerate(tolerances):
+            if away <= tolerance:
+                counts[level, 0] += 1.0
+            elif across <= tolerance:
+                counts[level, 1] += opposed
+            elif deep > tolerance:
+                counts[level, 2] += 1.0
+    return counts, scatter
+
+
+@njit(cache=True)
+def _behind_or_in_front(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[float, bool]:
+    """Distance to the nearest surface that faces about the other way, and whether (x, y) lies in front of it."""
+    index, distance = nearest_point(below, x, y, -nx, -ny)
+    if index < 0:
+        return distance, False
+    qx, qy = below[1][index, 0], below[1][index, 1]
+    in_front = (x - below[0][index, 0]) * qx + (y - below[0][index, 1]) * qy > 0.0
+    return distance, in_front and facing(nx, ny, qx, qy) < -FACING_COSINE

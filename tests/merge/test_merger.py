@@ -14,7 +14,7 @@ from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange, merge_maps
 from merge.pair.feature_cache import FeatureCache
 from merge.pair.matching import PairTask, _at_another_scale
-from merge.records.reason import Reason
+from merge.records.verdict import Reason
 from merge.verification.acceptance import AcceptanceSettings
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 

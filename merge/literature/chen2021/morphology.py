@@ -14,11 +14,11 @@ from merge.literature.chen2021.corner_consensus import Agreement, ConsensusSetti
 from merge.literature.chen2021.correction import Correction, corrected
 from merge.literature.chen2021.ransac import believed_by_index
 from merge.literature.chen2021.wall_icp import IcpSettings, WallCells, icp
-from merge.pair.pipeline import PairAnswer
-from merge.pair.published import nothing_found
+from merge.literature.published import nothing_found
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
 
 
 @dataclass(frozen=True, eq=False)

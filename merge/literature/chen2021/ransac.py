@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.pair.pipeline import PairAnswer
-from merge.records.reason import Reason, Refusal
-from merge.verification.acceptance import Verdict
+from merge.records.pair_answer import PairAnswer
+from merge.records.verdict import Reason, Refusal, Verdict
 from merge.verification.cell_overlap import compare_cells
 
 NO_COMMON_CELL = "the maps have no known cell in common"

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.chen2021.ransac import believed_by_index, most_inliers
-from merge.pair.pipeline import PairAnswer
-from merge.pair.published import nothing_found
+from merge.literature.published import nothing_found
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
 from merge.proposers.orb import SMALLEST_SIDE
-from merge.proposers.proposer import Proposal
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
 
 FeatureName = Literal["sift", "orb"]
 Descriptors = NDArray[np.float32] | NDArray[np.uint8]

@@ -7,7 +7,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.deduplication import apart, merged
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 from tests.merge.rooms import rooms
 
 

@@ -10,7 +10,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.deduplication import apart
 from merge.alignment.hypotheses import BORNE, Hypothesis, best_first, candidates, sharpest
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap
 from tests.merge.rooms import cave, rooms, two_charts
 

@@ -22,7 +22,7 @@ from merge.multimap.pipeline import solve
 from merge.multimap.team import Team
 from merge.multimap.verdicts import verdict_by_itself
 from merge.records.prior import Prior
-from merge.records.reason import Reason, Refusal
+from merge.records.verdict import Reason, Refusal
 from tests.merge.rooms import hall, observed, random_similarity, rooms, viewpoints
 from tests.merge.test_merger import off_cells, team, two_maps
 

@@ -4,9 +4,10 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.pair.pipeline import MapFeatures, merge_pair
-from merge.proposers.proposer import Proposal
-from merge.records.reason import Reason
+from merge.pair.feature_cache import MapFeatures
+from merge.pair.pipeline import merge_pair
+from merge.records.proposal import Proposal
+from merge.records.verdict import Reason
 from tests.merge.literature.crisp import crisp_pair, off_share
 
 RNG = np.random.default_rng(0)

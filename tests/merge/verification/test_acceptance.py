@@ -2,8 +2,8 @@ import dataclasses
 
 import pytest
 
-from merge.records.reason import Reason, Refusal
 from merge.records.result import Evidence
+from merge.records.verdict import Reason, Refusal
 from merge.verification.acceptance import (
     AcceptanceSettings,
     decide,

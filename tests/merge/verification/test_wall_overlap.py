@@ -8,8 +8,8 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.alignment.correspondences import nearest_point
 from merge.preparation.prepared_map import SECTOR_COSINE, PreparedMap
+from merge.preparation.surface import nearest_point
 from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cells
 from tests.merge.rooms import observed, rooms, viewpoints
 

@@ -1,4 +1,4 @@
-"""Reasons why an answer was refused."""
+"""Verdicts on an answer, and the reasons of refusals."""
 
 from __future__ import annotations
 
@@ -65,3 +65,21 @@ class Refusal:
         if text.startswith(other_scale):
             return Refusal(Reason.OTHER_SCALE, text.removeprefix(other_scale))
         return Refusal(Reason.PUBLISHED_RULE, text)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Accept or refuse an answer; ``refusal`` is None where it is accepted."""
+
+    accepted: bool
+    confidence: float
+    refusal: Refusal | None
+
+    @property
+    def reason(self) -> Reason | None:
+        """Reason of the refusal, None where the answer is accepted."""
+        return None if self.refusal is None else self.refusal.reason
+
+    @staticmethod
+    def refuse(reason: Reason, confidence: float = 0.0, detail: str = "") -> Verdict:
+        return Verdict(False, confidence, Refusal(reason, detail))

@@ -9,9 +9,9 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
+from merge.literature.published import judged, nothing_found
 from merge.merger import match_maps, merge_maps
 from merge.methods import PROPOSERS, PUBLISHED
-from merge.pair.published import judged, nothing_found
 from merge.preparation.prepared_map import PreparedMap
 from merge.settings import MergeSettings
 from tests.merge.literature.crisp import crisp_pair

@@ -8,10 +8,9 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.pair.pipeline import PairAnswer
 from merge.preparation.prepared_map import PreparedMap
-from merge.records.reason import Reason, Refusal
-from merge.verification.acceptance import Verdict
+from merge.records.pair_answer import PairAnswer
+from merge.records.verdict import Reason, Refusal, Verdict
 
 Description = TypeVar("Description")
 

@@ -7,7 +7,7 @@ import math
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import correlate
-from merge.proposers.proposer import Proposal
+from merge.records.proposal import Proposal
 
 PEAKS = 6
 

@@ -3,8 +3,8 @@ import math
 import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.second_best import second_best_proposals
 from merge.preparation.prepared_map import PreparedMap
+from merge.proposers.second_best import second_best_proposals
 from tests.merge.rooms import CELL, equal_rooms, hall, observed, viewpoints
 
 

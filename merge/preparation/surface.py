@@ -1,0 +1,72 @@
+"""Surface of a map as arrays for compiled loops, and look-ups on it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Indices = NDArray[np.uint16] | NDArray[np.int32]
+
+Surface = tuple[NDArray[np.float64], NDArray[np.float64], Indices, NDArray[np.float32], int]
+"""Points (N, 2), normals (N, 2), nearest (4, rows, cols), depth and margin of a ``PreparedMap``."""
+
+
+@njit(cache=True)
+def sector(nx: float, ny: float) -> int:
+    """Which of the directions 0, 90, 180 and 270 degrees a normal is nearest to: 0 to 3."""
+    if abs(nx) >= abs(ny):
+        return 0 if nx >= 0.0 else 2
+    return 1 if ny >= 0.0 else 3
+
+
+@njit(cache=True)
+def nearest_point(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[int, float]:
+    """Index of the point nearest to (x, y) among the surface that faces about the same way as (nx, ny), and its
+    distance; -1 and inf if there is none. A zero normal faces every way.
+    """
+    points, _, nearest, _, margin = below
+    col, row = math.floor(x) + margin, math.floor(y) + margin
+    best, best_distance = -1, math.inf
+    if col < 0 or row < 0 or row >= nearest.shape[1] or col >= nearest.shape[2]:
+        return best, best_distance
+    everywhere = nx == 0.0 and ny == 0.0
+    first = 0 if everywhere else sector(nx, ny)
+    for k in range(first, 4 if everywhere else first + 1):
+        index = int(nearest[k, row, col])
+        if index < len(points):
+            distance = math.hypot(x - points[index, 0], y - points[index, 1])
+            if distance < best_distance:
+                best, best_distance = index, distance
+    return best, best_distance
+
+
+@njit(cache=True)
+def nearest_points(
+    below: Surface, points: NDArray[np.float64], normals: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """``nearest_point`` of many points (N, 2) with their normals (N, 2): indices (N,) and distances (N,)."""
+    indices, distances = np.empty(len(points), np.intp), np.empty(len(points))
+    for k in range(len(points)):
+        indices[k], distances[k] = nearest_point(below, points[k, 0], points[k, 1], normals[k, 0], normals[k, 1])
+    return indices, distances
+
+
+@njit(cache=True)
+def depth_at(below: Surface, x: float, y: float) -> float:
+    """How deep in free space (x, y) lies [cells]; 0 where it is not free."""
+    depth, margin = below[3], below[4]
+    col, row = math.floor(x) + margin, math.floor(y) + margin
+    if col < 0 or row < 0 or row >= depth.shape[0] or col >= depth.shape[1]:
+        return 0.0
+    return float(depth[row, col])
+
+
+@njit(cache=True)
+def facing(ax: float, ay: float, bx: float, by: float) -> float:
+    """Cosine between unit normals; 1 where either is zero, since such a wall faces every way."""
+    if (ax == 0.0 and ay == 0.0) or (bx == 0.0 and by == 0.0):
+        return 1.0
+    return ax * bx + ay * by
