@@ -11,6 +11,7 @@ from typing import Any
 
 from mapping.io.atomic import write_bytes_aside
 from mapquilt.cli.options.world import open_place
+from mapquilt.dataset.manifest import MISSIONS_FOLDER
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
 from mapquilt.json_file import read_record
@@ -22,8 +23,6 @@ from mapquilt.runs.writer import fill_run
 from sim.mission.file import save_mission
 from sim.mission.mission import Mission, simulate
 
-MISSIONS_FOLDER = "missions"
-SAMPLES_FOLDER = "samples"
 PREVIEW_PICTURE = "preview.png"
 
 Files = dict[str, bytes]

@@ -13,8 +13,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
-from mapquilt.dataset.group import SAMPLES_FOLDER
-from mapquilt.dataset.manifest import Manifest, read_manifest
+from mapquilt.dataset.manifest import SAMPLES_FOLDER, Manifest, read_manifest
 from mapquilt.json_file import similarity_from_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import RunTruth, load_truth

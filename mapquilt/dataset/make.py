@@ -5,13 +5,25 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import folder_aside, write_bytes_aside
 from mapquilt.dataset.card import write_card
-from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER, Group, Made, make_group
-from mapquilt.dataset.manifest import MANIFEST_FILE, build_manifest, read_manifest, write_lines, write_manifest
+from mapquilt.dataset.group import Group, Made, make_group
+from mapquilt.dataset.manifest import (
+    LICENCE,
+    MANIFEST_FILE,
+    MISSIONS_FOLDER,
+    SAMPLES_FOLDER,
+    SCHEMA,
+    Manifest,
+    Record,
+    read_manifest,
+    write_lines,
+    write_manifest,
+)
 from mapquilt.dataset.plan import DatasetPlan, MissionPlan, plan_dataset
 from mapquilt.dataset.spec import DatasetSpec
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
@@ -111,3 +123,30 @@ def _finish(
     write_manifest(out, manifest)
     journal.remove()
     return Report(plan.samples - len(failures), len(failures))
+
+
+def build_manifest(spec: DatasetSpec, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:
+    """The manifest of what was made of a plan, the records of finished groups in order."""
+    header = {
+        "kind": "dataset",
+        "schema": SCHEMA,
+        "generator": f"mapquilt {version('mapquilt')}",
+        "name": spec.name,
+        "seed": spec.seed,
+        "licence": LICENCE,
+    }
+    missions, samples = (
+        tuple(record for record in records if record["kind"] == kind) for kind in ("mission", "sample")
+    )
+    made = {record["sample"] for record in samples}
+    negatives = tuple(
+        {
+            "kind": "other_worlds",
+            "split": pair.split,
+            "target": {"sample": pair.target[0], "map": pair.target[1]},
+            "source": {"sample": pair.source[0], "map": pair.source[1]},
+        }
+        for pair in plan.negatives
+        if pair.target[0] in made and pair.source[0] in made
+    )
+    return Manifest(header, missions, samples, negatives)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_aside
 from mapping.io.safe_load import json_value
-from mapquilt.dataset.plan import DatasetPlan
-from mapquilt.dataset.spec import DatasetSpec
 
 MANIFEST_FILE = "manifest.jsonl"
+MISSIONS_FOLDER = "missions"
+SAMPLES_FOLDER = "samples"
 SCHEMA = "mapquilt-manifest/1"
 LICENCE = "CC-BY-4.0"
 
@@ -29,33 +28,6 @@ class Manifest:
     missions: tuple[Record, ...]
     samples: tuple[Record, ...]
     negatives: tuple[Record, ...]
-
-
-def build_manifest(spec: DatasetSpec, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:
-    """The manifest of what was made of a plan, the records of finished groups in order."""
-    header = {
-        "kind": "dataset",
-        "schema": SCHEMA,
-        "generator": f"mapquilt {version('mapquilt')}",
-        "name": spec.name,
-        "seed": spec.seed,
-        "licence": LICENCE,
-    }
-    missions, samples = (
-        tuple(record for record in records if record["kind"] == kind) for kind in ("mission", "sample")
-    )
-    made = {record["sample"] for record in samples}
-    negatives = tuple(
-        {
-            "kind": "other_worlds",
-            "split": pair.split,
-            "target": {"sample": pair.target[0], "map": pair.target[1]},
-            "source": {"sample": pair.source[0], "map": pair.source[1]},
-        }
-        for pair in plan.negatives
-        if pair.target[0] in made and pair.source[0] in made
-    )
-    return Manifest(header, missions, samples, negatives)
 
 
 def write_manifest(out: Path, manifest: Manifest) -> None:

@@ -7,9 +7,9 @@ import hashlib
 from pathlib import Path
 
 from mapping.io.atomic import folder_aside, write_bytes_aside
-from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER, Made, make_group
+from mapquilt.dataset.group import Made, make_group
 from mapquilt.dataset.make import SPEC_FILE
-from mapquilt.dataset.manifest import read_manifest
+from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, read_manifest
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
 from mapquilt.dataset.spec import load_spec
 

@@ -6,8 +6,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
-from mapquilt.dataset.group import MISSIONS_FOLDER, SAMPLES_FOLDER
-from mapquilt.dataset.manifest import read_manifest
+from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, read_manifest
 from mapquilt.merging.merge_folder import is_answer
 
 

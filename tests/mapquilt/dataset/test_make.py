@@ -353,3 +353,12 @@ def test_groups_are_functions_of_their_plan_alone():
     with ThreadPoolExecutor(1) as pool:
         elsewhere = pool.submit(group.make_group, short).result()
     assert elsewhere == group.make_group(short)
+
+
+def test_reading_a_data_set_loads_neither_simulator_nor_worlds_nor_merger(tiny):
+    program = (
+        "import sys, mapquilt; mapquilt.load_dataset(sys.argv[1]).pairs[0].target_from_source; "
+        "sys.exit(','.join({'sim', 'worlds', 'merge', 'pydantic'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(tiny)], capture_output=True, text=True)
+    assert (done.stderr, done.returncode) == ("\n", 1)
