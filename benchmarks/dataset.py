@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mapping.ground_truth import truth
-from mapping.ground_truth.footprint_layers import FootprintLayers
+from mapping.ground_truth.coarse_footprint import CoarseFootprint
 from mapquilt.dataset import group
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, load_spec
@@ -31,7 +31,7 @@ STEPS: tuple[tuple[str, ModuleType | type, str], ...] = (
     ("disguising", sample, "perturb_frame"),
     ("truth: footprints", true_footprints, "true_raster"),
     ("truth: footprints", true_footprints, "_true_map"),
-    ("truth: second placements", FootprintLayers, "of"),
+    ("truth: second placements", CoarseFootprint, "of"),
     ("truth: second placements", truth, "identifiability"),
     ("truth: beam endpoints", sample, "beam_endpoints"),
     ("truth: fits", sample, "map_truth"),

@@ -61,7 +61,7 @@ def pair_text(maps: MapSet, truth: RunTruth) -> str:
     scale = truth.robot(TARGET).truth.world_from_map.scale
     miss = transform_error(target, source, pair.target_from_source, composed(truth), scale)
     return (
-        f"pair: overlap {100 * pair.places.overlap:.0f} %, {pair.common_cells} common wall cells, residual "
+        f"pair: overlap {100 * pair.footprints.overlap:.0f} %, {pair.common_cells} common wall cells, residual "
         f"{pair.residual:.3f} m; composing the two fits misses it by {miss.displacement_m:.3f} m and "
         f"{miss.rotation_deg:.2f} degrees\n"
     )

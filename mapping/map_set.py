@@ -1,4 +1,4 @@
-"""The maps of one team: what goes from simulation, or from the user's disk, to the merger."""
+"""The maps of one team: the input of the merger, from simulation or from disk."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
 
 Unit = Literal["m", "cell"]
@@ -13,13 +14,13 @@ Unit = Literal["m", "cell"]
 
 @dataclass(frozen=True, eq=False)
 class MapSet:
-    """The grids of one team and what is known of them; nothing of the truth.
+    """The grids of one team, without the truth.
 
-    ``units`` says for each map whether its coordinates are metres, or cells because no resolution is known (a bare
-    picture has resolution 1). ``resolutions_trusted`` is False where stated resolutions may be wrong by a factor.
-    ``provenance`` says where the maps come from.
+    ``units`` are those of each map's coordinates: metres, or cells if no resolution is known (a bare picture has
+    resolution 1). ``resolutions_trusted`` is False if stated resolutions may be wrong by a factor. ``provenance``
+    describes the origin of the maps.
 
-    Raises ``ValueError`` where there is no map, names repeat or numbers of entries differ.
+    Raises ``ValueError`` if there is no map, names repeat or numbers of entries differ.
     """
 
     names: tuple[str, ...]
@@ -38,6 +39,16 @@ class MapSet:
         repeated = sorted({name for name in self.names if self.names.count(name) > 1})
         if repeated:
             raise ValueError(f"MapSet: more than one map is called {repeated[0]!r}")
+
+    @property
+    def metric(self) -> bool:
+        """True if every map states a resolution that can be trusted."""
+        return self.resolutions_trusted and all(unit == "m" for unit in self.units)
+
+    @property
+    def scale_range(self) -> ScaleRange:
+        """The scales that an answer may have: known if the maps are metric, else free."""
+        return ScaleRange.known() if self.metric else ScaleRange.free()
 
     def __len__(self) -> int:
         return len(self.grids)

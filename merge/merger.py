@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from itertools import combinations
 
-from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
 from merge.multimap.pipeline import solve
 from merge.multimap.results import merge_result
@@ -55,7 +54,7 @@ def match_maps(
     on_progress: Progress | None = None,
 ) -> tuple[PairResult, ...]:
     """Match every pair by itself: answers of other pairs change nothing, and no maps are fused."""
-    scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
+    scale = settings.scale if settings.scale is not None else maps.scale_range
     tasks = [PairTask.of(maps, a, b, scale, settings, seed) for a, b in combinations(range(len(maps)), 2)]
     done = iter(range(1, len(tasks) + 1))
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mapping.map_set import MapSet
-
 
 @dataclass(frozen=True)
 class ScaleRange:
@@ -52,12 +50,6 @@ class ScaleRange:
             return ScaleRange(*bounds)
         except ValueError as error:
             raise ValueError(f"scale is {text!r}: {error}") from None
-
-    @staticmethod
-    def automatic(maps: MapSet) -> ScaleRange:
-        """Known where every map states a resolution that can be trusted, free otherwise."""
-        trusted = maps.resolutions_trusted and all(unit == "m" for unit in maps.units)
-        return ScaleRange.known() if trusted else ScaleRange.free()
 
     @property
     def fixed(self) -> bool:

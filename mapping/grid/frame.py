@@ -1,4 +1,4 @@
-"""Where the cells of a grid lie: the only place that turns cells or pixels into metres, or back."""
+"""Frames of grids: the only place that converts cells or pixels to metres, or back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mapping.geometry.se2 import SE2
-from mapping.geometry.similarity2 import Similarity2
+
+MAX_PICTURE_CELLS = 2**27
+"""The most cells of a map that is stored as a picture: 580 m by 580 m at 5 cm."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class GridFrame:
     ``resolution`` in metres a cell; ``origin`` the pose of the outer corner of cell (0, 0) in the map frame;
     ``shape`` (rows, cols). Cell [row, col] spans x in [col, col + 1] and y in [row, row + 1] cells from that corner.
 
-    Raises ``ValueError`` where the resolution is not positive and finite or the shape is empty.
+    Raises ``ValueError`` if the resolution is not positive and finite or the shape is empty.
     """
 
     resolution: float
@@ -35,30 +37,30 @@ class GridFrame:
             raise ValueError(f"GridFrame: shape is {self.shape}, needs at least one cell")
 
     def metres_from_cells(self, cells: ArrayLike) -> NDArray[np.float64]:
-        """Centres [m], (N, 2) rows of x, y, of cells given as (N, 2) rows of row, col."""
+        """Return the centres [m], (N, 2) rows of x, y, of cells, (N, 2) rows of row, col."""
         cells = np.asarray(cells, dtype=np.float64)
         local = (cells[..., ::-1] + 0.5) * self.resolution
         return self.origin.apply(local)
 
     def cells_from_metres(self, points: ArrayLike) -> NDArray[np.int64]:
-        """The cells, (N, 2) rows of row, col, that hold the points, (N, 2) rows of x, y [m]. They may lie outside."""
+        """Return the cells, (N, 2) rows of row, col, of points, (N, 2) rows of x, y [m]. They may lie outside."""
         local = self.origin.inverse().apply(points) / self.resolution
         return np.floor(local[..., ::-1]).astype(np.int64)
 
     def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
-        """Which cells, (N, 2) rows of row, col, lie in the raster: (N,)."""
+        """Tell which cells, (N, 2) rows of row, col, lie in the raster: (N,)."""
         cells = np.asarray(cells)
         inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.shape)), axis=-1)
         return inside
 
     def window(self, corner: tuple[int, int], shape: tuple[int, int]) -> GridFrame:
-        """The raster of ``shape`` (rows, cols) on the same cells whose first is ``corner`` (row, col) of this one."""
+        """Return the raster of ``shape`` (rows, cols) on the same cells that begins at cell ``corner`` (row, col)."""
         row, col = corner
         moved = self.origin @ SE2(col * self.resolution, row * self.resolution)
         return GridFrame(self.resolution, moved, shape)
 
     def metre_from_pixel(self) -> NDArray[np.float64]:
-        """The (3, 3) affine map from pixel (u, v, 1), centres at integers and v down, to metre (x, y, 1).
+        """Return the (3, 3) affine map from pixel (u, v, 1), centres at integers and v down, to metre (x, y, 1).
 
         ``metre = origin + r R(yaw) (u + 1/2, H - 1/2 - v)``: pixel (0, H - 1) is the centre of cell (0, 0).
         """
@@ -72,21 +74,3 @@ class GridFrame:
                 [0.0, 0.0, 1.0],
             ]
         )
-
-
-def pixel_matrix(target: GridFrame, target_from_source: Similarity2, source: GridFrame) -> NDArray[np.float64]:
-    """The (2, 3) matrix from pixels of the source's image to pixels of the target's.
-
-    It is ``P_target^-1 S P_source``, what ``cv2.warpAffine`` takes as forward matrix; its angle has the opposite
-    sign of ``target_from_source.yaw``, because y points down in images.
-    """
-    similarity = np.vstack((target_from_source.matrix(), (0.0, 0.0, 1.0)))
-    metre_from_pixel = similarity @ source.metre_from_pixel()
-    return np.linalg.solve(target.metre_from_pixel(), metre_from_pixel)[:2].astype(np.float64)
-
-
-def similarity_from_pixels(target: GridFrame, matrix: ArrayLike, source: GridFrame) -> Similarity2:
-    """The inverse of ``pixel_matrix``: the metric ``target_from_source`` of a (2, 3) pixel matrix."""
-    pixels = np.vstack((np.asarray(matrix, dtype=np.float64), (0.0, 0.0, 1.0)))
-    metric = target.metre_from_pixel() @ pixels @ np.linalg.inv(source.metre_from_pixel())
-    return Similarity2.from_matrix(metric[:2])

@@ -9,10 +9,9 @@ import numpy as np
 
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame import GridFrame
+from mapping.grid.frame import MAX_PICTURE_CELLS, GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
-from mapping.io.picture import MAX_PIXELS
 from mapping.seeds import Role, stream
 
 LARGEST_SCALE = 10.0
@@ -96,7 +95,7 @@ def perturb_frame(grid: OccupancyGrid, start_from_map: Similarity2) -> Occupancy
         raise ValueError("disguise: the grid knows no cell")
     frame = _bounding_frame(grid.frame, start_from_map)
     rows, cols = frame.shape
-    if rows * cols > MAX_PIXELS:
+    if rows * cols > MAX_PICTURE_CELLS:
         raise ValueError(f"disguise: a map of {rows} x {cols} cells could not be read again, coarser cells are needed")
     disguised = OccupancyGrid(frame, resampled(grid, start_from_map.inverse(), frame))
     if not disguised.known.any():

@@ -1,7 +1,10 @@
-"""The best placement of one footprint over another away from the true one: an exact search that counts little.
+"""Identifiability of a pair: an exact search for a second placement where the true footprints agree as well.
 
-All turns and shifts are bounded from above; only where the bound may beat the best placement so far is agreement
-counted. A turn by a quarter more is had by turning the fixed footprint back by a quarter, which only renames its cells.
+Repeated rooms, shelves and symmetric halls are honestly ambiguous: there a refusal is right.
+
+All rotations and shifts are bounded from above, and a score is counted only where the bound may beat the best
+placement so far. A rotation by a quarter turn more is a rotation of the fixed footprint by a quarter turn back, which
+only renames its cells.
 """
 
 from __future__ import annotations
@@ -13,95 +16,156 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mapping.ground_truth.agreement_bound import AgreementBound, least_bound, tightest_penalty
-from mapping.ground_truth.footprint_agreement import agreement_at
-from mapping.ground_truth.footprint_layers import NEAR, FootprintLayers
-from mapping.ground_truth.rotated_footprint import FootprintRotation, RotatedFootprint
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.ground_truth.coarse_footprint import (
+    COARSE_RESOLUTION,
+    CoarseFootprint,
+    FootprintRotation,
+    RotatedFootprint,
+)
+from mapping.ground_truth.wall_agreement import HIT, AgreementBound, least_bound, tightest_penalty, wall_agreement_at
+
+NEAR_DISTANCE = 1.0
+NEAR_ANGLE_DEG = 10
+MAX_SECOND_BEST = 0.9
+"""A second placement is over NEAR_DISTANCE [m] or NEAR_ANGLE_DEG away from the true one. The pair is ambiguous if it
+reaches this fraction of the true placement's score. These three define the truth and are no settings."""
 
 ROTATION_STEP_DEG = 3
 QUARTERS = 4
-SLACK = 0.5
-"""Hits by which bounds are widened, for the rounding of transforms in single precision."""
+ROUNDING_HITS = 0.5
+"""Bounds are widened by so many hits, for the rounding of transforms in single precision."""
 
 FIRST_GUESS = 0.4
 FIRST_BLOCKS = 24
-"""Blocks of shifts of each quarter turn that are counted first, whatever their bound."""
+"""Blocks of shifts of each quarter turn that are counted first, with bounds for this score."""
 
 BLOCK = 2
-COSTLY = 6.0
-"""Counting costs as much as bounding single shifts where blocks times walls come to so many times the bounds."""
+COUNTING_COST = 6.0
+"""Counting costs as much as bounding single shifts if blocks times walls are so many times the bounds."""
 
 PATIENCE = 4.0
-"""By how many turns' worth of that counting may run ahead before single shifts are bounded."""
+"""Rotations by which the cost of counting may exceed that of bounding before single shifts are bounded."""
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """``score`` of the true placement and ``second_best`` of the best one elsewhere, both 0 to 1."""
+
+    score: float
+    second_best: float
+
+    @property
+    def identifiable(self) -> bool:
+        """Tell if no second placement agrees nearly as well as the true one."""
+        return self.second_best < MAX_SECOND_BEST * self.score
+
+
+def identifiability(
+    target: OccupancyGrid, source: OccupancyGrid, coarse: tuple[CoarseFootprint, CoarseFootprint] | None = None
+) -> Identifiability:
+    """Search all rotations (by 3 degrees) and shifts (by 0.2 m) of the source's true footprint over the target's.
+
+    Both are true rasters in one world frame, unknown where the robot saw nothing; ``coarse`` are their coarse
+    footprints, if at hand. The score is ``(hits / (hits + misses))^2 sqrt(hits / walls)``. Hits are walls on walls of
+    the other footprint within the tolerance, misses walls deep in its free space (squared, because exact rasters leave
+    no excuse for a miss). Distance is that of the middle of the area that both saw. Footprints that share no cell
+    score 0.
+
+    Raises ``ValueError`` if the rasters differ in frame.
+    """
+    if target.frame != source.frame:
+        raise ValueError("identifiability: the two footprints must be rasters of one frame")
+    fixed, moving = coarse or (CoarseFootprint.of(target), CoarseFootprint.of(source))
+    centre = _middle(target, source)
+    if centre is None or not len(fixed.walls) or not len(moving.walls):
+        return Identifiability(0.0, 0.0)
+    search = AmbiguitySearch(fixed, moving, centre, (NEAR_DISTANCE / COARSE_RESOLUTION, NEAR_ANGLE_DEG))
+    return Identifiability(search.true_score(), search.second_best())
+
+
+def _middle(target: OccupancyGrid, source: OccupancyGrid) -> NDArray[np.int64] | None:
+    """Return the coarse cell (row, col) in the middle of the common area: whole, so that cells fall onto themselves."""
+    common = target.known & source.known
+    counts = [np.count_nonzero(common, axis=axis) for axis in (1, 0)]
+    total = int(counts[0].sum())
+    if not total:
+        return None
+    fine = target.frame.resolution / COARSE_RESOLUTION
+    means = [float(count @ np.arange(count.size)) / total for count in counts]
+    return np.floor((np.array(means) + 0.5) * fine).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class _Facing:
-    """The fixed footprint turned back by some quarters, and where the cell truly lies that the moving one turns
-    about."""
+class _FixedFootprint:
+    """The fixed footprint, rotated back by some quarters; ``centre`` is the true cell of the centre of rotation."""
 
     walls: NDArray[np.int64]
-    says: NDArray[np.uint8]
-    true: tuple[int, int]
+    labels: NDArray[np.uint8]
+    centre: tuple[int, int]
 
-    def turned_back(self) -> _Facing:
-        last = self.says.shape[1] - 1
+    def rotated_back(self) -> _FixedFootprint:
+        last = self.labels.shape[1] - 1
         walls = np.stack((last - self.walls[:, 1], self.walls[:, 0]), axis=-1)
-        return _Facing(walls, np.ascontiguousarray(np.rot90(self.says)), (last - self.true[1], self.true[0]))
+        centre = (last - self.centre[1], self.centre[0])
+        return _FixedFootprint(walls, np.ascontiguousarray(np.rot90(self.labels)), centre)
 
 
 class AmbiguitySearch:
-    """Looks for the best agreement of ``moving`` over ``fixed``, both of one world, about their cell ``centre``;
-    placements within ``near_cells`` and ``near_deg`` of the true one do not count."""
+    """Search the best score of ``moving`` over ``fixed``, both of one world, rotated about their cell ``centre``.
+
+    Placements within ``near`` (cells, degrees) of the true one do not count as a second placement.
+    """
 
     def __init__(
-        self, fixed: FootprintLayers, moving: FootprintLayers, centre: NDArray[np.int64], near: tuple[float, float]
+        self, fixed: CoarseFootprint, moving: CoarseFootprint, centre: NDArray[np.int64], near: tuple[float, float]
     ) -> None:
         row, col = (centre - fixed.corner).tolist()
-        self._facings = [_Facing(fixed.walls - fixed.corner, fixed.says, (row, col))]
+        self._fixed = [_FixedFootprint(fixed.walls - fixed.corner, fixed.labels, (row, col))]
         for _ in range(QUARTERS - 1):
-            self._facings.append(self._facings[-1].turned_back())
-        self._turning = FootprintRotation(moving, centre)
+            self._fixed.append(self._fixed[-1].rotated_back())
+        self._rotation = FootprintRotation(moving, centre)
         self._near_cells, self._near_deg = near
         self._total_walls = float(len(fixed.walls) + len(moving.walls))
-        self._most_there = min(len(moving.walls), int(np.count_nonzero(fixed.says == NEAR)))
+        self._max_hits_on_fixed = min(len(moving.walls), int(np.count_nonzero(fixed.labels == HIT)))
         self._best = 0.0
 
-    def agreement(self) -> float:
-        """The best agreement of the true placement: without a turn, shifted no farther than the near cells."""
-        facing, moving = self._facings[0], self._turning.turned(0.0)
+    def true_score(self) -> float:
+        """Return the best score near the true placement: without a rotation, shifted by the near cells at most."""
+        fixed, moving = self._fixed[0], self._rotation.rotated(0.0)
         reach = int(self._near_cells)
         return max(
-            agreement_at(facing.walls, facing.says, moving.walls, moving.says, self._total_walls, row, col)
+            wall_agreement_at(fixed.walls, fixed.labels, moving.walls, moving.labels, self._total_walls, row, col)
             for i in range(-reach, reach + 1)
             for j in range(-reach, reach + 1)
             if math.hypot(i, j) <= self._near_cells
-            for row, col in [(facing.true[0] - moving.centre[0] + i, facing.true[1] - moving.centre[1] + j)]
+            for row, col in [(fixed.centre[0] - moving.centre[0] + i, fixed.centre[1] - moving.centre[1] + j)]
         )
 
-    def rival(self) -> float:
-        """The best agreement anywhere else."""
+    def second_best(self) -> float:
+        """Return the best score anywhere else."""
         self._count_promising()
-        bound, spent = self._bound(BLOCK, self._best), -PATIENCE
+        bound, excess = self._bound(BLOCK, self._best), -PATIENCE
         for degrees in range(0, 360 // QUARTERS, ROTATION_STEP_DEG):
-            moving = self._turning.turned(math.radians(degrees))
-            bounds = bound.over_blocks(moving)
+            moving = self._rotation.rotated(math.radians(degrees))
+            bounds = bound.over_blocks(moving.walls, moving.labels)
             counted = sum(self._count(bound, one, moving, degrees, quarter) for quarter, one in enumerate(bounds))
-            spent += counted * self._total_walls / (COSTLY * sum(one.size for one in bounds)) - 1.0
-            if bound.block > 1 and spent > 0.0:
+            excess += counted * self._total_walls / (COUNTING_COST * sum(one.size for one in bounds)) - 1.0
+            if bound.block > 1 and excess > 0.0:
                 bound = self._bound(1, self._best)
         return self._best
 
-    def _bound(self, block: int, guess: float) -> AgreementBound:
-        facing = self._facings[0]
-        most = self._most_there + len(facing.walls)
-        penalty = tightest_penalty(max(guess, 1e-3), most, self._total_walls)
-        return AgreementBound([(one.walls, one.says) for one in self._facings], block, penalty)
+    def _bound(self, block: int, score: float) -> AgreementBound:
+        """Prepare the bounds that are tightest for a score."""
+        most = self._max_hits_on_fixed + len(self._fixed[0].walls)
+        penalty = tightest_penalty(max(score, 1e-3), most, self._total_walls)
+        return AgreementBound([(one.walls, one.labels) for one in self._fixed], block, penalty)
 
     def _count_promising(self) -> None:
+        """Start with the blocks of largest bound, so that the search begins with a good score."""
         bound = self._bound(BLOCK, FIRST_GUESS)
-        moving = self._turning.turned(0.0)
-        for quarter, bounds in enumerate(bound.over_blocks(moving)):
+        moving = self._rotation.rotated(0.0)
+        for quarter, bounds in enumerate(bound.over_blocks(moving.walls, moving.labels)):
             least = np.partition(bounds, -FIRST_BLOCKS, axis=None)[-FIRST_BLOCKS]
             self._count(bound, np.where(bounds >= least, bounds, -np.float32(np.inf)), moving, 0, quarter, least)
 
@@ -114,20 +178,21 @@ class AmbiguitySearch:
         quarter: int,
         least: float | None = None,
     ) -> int:
-        """Count what may beat the best; how many blocks that was."""
-        facing = self._facings[quarter]
-        turn = (degrees + 90 * quarter) % 360
-        near = self._near_cells if min(turn, 360 - turn) <= self._near_deg else -1.0
-        hits = float(self._most_there + min(len(facing.walls), int(np.count_nonzero(moving.says == NEAR))))
-        shape = (facing.says.shape[0] // bound.block + 2, facing.says.shape[1] // bound.block + 2)
-        true = (facing.true[0] - moving.centre[0], facing.true[1] - moving.centre[1])
+        """Count the score in each block that may beat the best; return the number of those blocks."""
+        fixed = self._fixed[quarter]
+        rotation = (degrees + 90 * quarter) % 360
+        near = self._near_cells if min(rotation, 360 - rotation) <= self._near_deg else -1.0
+        hits_on_moving = min(len(fixed.walls), int(np.count_nonzero(moving.labels == HIT)))
+        max_hits = float(self._max_hits_on_fixed + hits_on_moving)
+        shape = (fixed.labels.shape[0] // bound.block + 2, fixed.labels.shape[1] // bound.block + 2)
+        true = (fixed.centre[0] - moving.centre[0], fixed.centre[1] - moving.centre[1])
         self._best, counted = _best_above(
             bounds,
             bound.block,
             shape,
             (*true, near),
-            (facing.walls, facing.says, moving.walls, moving.says, self._total_walls),
-            (bound.penalty, hits, SLACK if least is None else np.inf),
+            (fixed.walls, fixed.labels, moving.walls, moving.labels, self._total_walls),
+            (bound.penalty, max_hits, ROUNDING_HITS if least is None else np.inf),
             self._best,
         )
         return int(counted)
@@ -143,10 +208,10 @@ def _best_above(
     limits: tuple[float, float, float],
     best: float,
 ) -> tuple[float, int]:
-    """The best agreement of all shifts in blocks whose bound lets them beat ``best``, and how many blocks that are."""
-    fixed_walls, fixed_says, moving_walls, moving_says, total_walls = footprints
-    penalty, most_hits, slack = limits
-    least = least_bound(best, penalty, most_hits, total_walls) - slack
+    """Return the best score of all shifts in blocks whose bound may beat ``best``, and the number of those blocks."""
+    fixed_walls, fixed_labels, moving_walls, moving_labels, total_walls = footprints
+    penalty, max_hits, rounding = limits
+    least = least_bound(best, penalty, max_hits, total_walls) - rounding
     counted = 0
     for i in range(bounds.shape[0]):
         for j in range(bounds.shape[1]):
@@ -159,8 +224,10 @@ def _best_above(
                 for col in range(left, left + block):
                     if math.hypot(row - near[0], col - near[1]) <= near[2]:
                         continue
-                    found = agreement_at(fixed_walls, fixed_says, moving_walls, moving_says, total_walls, row, col)
-                    if found > best:
-                        best = found
-                        least = least_bound(best, penalty, most_hits, total_walls) - slack
+                    score = wall_agreement_at(
+                        fixed_walls, fixed_labels, moving_walls, moving_labels, total_walls, row, col
+                    )
+                    if score > best:
+                        best = score
+                        least = least_bound(best, penalty, max_hits, total_walls) - rounding
     return best, counted

@@ -1,4 +1,4 @@
-"""Where beams were believed to end and where they truly ended, by true cell: what the truth is fitted on."""
+"""Estimated and true endpoints of beams, averaged over true cells: the point pairs that the truth is fitted to."""
 
 from __future__ import annotations
 
@@ -20,55 +20,57 @@ from mapping.robot.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class BeamEndpoints:
-    """True cells (N, 2) row, col of the world where a robot's beams ended, and the mean place of those ends:
-    ``true`` (N, 2) in the world [m], ``believed`` (N, 2) in the robot's start frame [m]."""
+    """Mean endpoints of a robot's beams in each true cell, ``cells`` (N, 2) row, col of the world.
+
+    ``true`` (N, 2) are in the world [m], ``estimated`` (N, 2) in the robot's start frame [m].
+    """
 
     cells: NDArray[np.int64]
     true: NDArray[np.float64]
-    believed: NDArray[np.float64]
+    estimated: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cells", frozen_array(self.cells, np.int64))
         object.__setattr__(self, "true", frozen_array(self.true, np.float64))
-        object.__setattr__(self, "believed", frozen_array(self.believed, np.float64))
+        object.__setattr__(self, "estimated", frozen_array(self.estimated, np.float64))
 
 
 def beam_endpoints(
     log: RobotLog, truth: RobotTruth, start_from_base: Trajectory, replaced: NDArray[np.bool_]
 ) -> BeamEndpoints:
-    """Where beams were believed to end and where they truly ended, averaged over each true cell.
+    """Compute the estimated and the true endpoints of a robot's beams, averaged over each true cell.
 
-    ``start_from_base`` are the believed poses, one a scan; ``replaced`` (N, B) marks readings that noise made up.
-    Those are left out, and so are hits on robots.
+    ``start_from_base`` are the estimated poses, one for each scan. ``replaced`` (N, B) marks readings that the noise
+    replaced; they are left out, and so are hits on robots.
 
-    Raises ``ValueError`` where no beam is left, or scans, poses and marks are not equally many.
+    Raises ``ValueError`` if no beam is left, or the numbers of scans, poses and marks differ.
     """
     read, exact = (np.stack([scan.ranges for scan in scans]) for scans in (log.scans, truth.scans))
     if not read.shape == exact.shape == replaced.shape or len(start_from_base) != len(read):
         raise ValueError(
-            f"sightings: {read.shape} ranges were read of {exact.shape} true ones, with {replaced.shape} marks, "
-            f"at {len(start_from_base)} poses"
+            f"beam_endpoints: {read.shape} measured and {exact.shape} true ranges, {replaced.shape} marks and "
+            f"{len(start_from_base)} poses do not match"
         )
     usable = np.isfinite(read) & np.isfinite(exact) & ~replaced & ~truth.hits_robot
     if not usable.any():
-        raise ValueError("sightings: no beam that hit the world is left to fit the truth on")
-    believed = _ends(read, *_directions(log.scans), _lidar_poses(start_from_base, log.base_from_lidar))
+        raise ValueError("beam_endpoints: no beam that hit the world is left to fit the truth to")
+    estimated = _ends(read, *_directions(log.scans), _lidar_poses(start_from_base, log.base_from_lidar))
     true = _ends(exact, *_directions(truth.scans), _lidar_poses(truth.trajectory, truth.base_from_lidar))
-    return _averaged(believed, true, usable)
+    return _averaged(estimated, true, usable)
 
 
-def _averaged(believed: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> BeamEndpoints:
+def _averaged(estimated: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> BeamEndpoints:
     low, high = _span(true, usable)
     rows, cols = (high - low + 1).tolist()
     place = np.full((rows, cols), -1, np.int32)
-    seen, counts, sums = _sums(believed, true, usable, low, place, min(usable.size, rows * cols))
+    seen, counts, sums = _sums(estimated, true, usable, low, place, min(usable.size, rows * cols))
     order = np.argsort(seen)
     means = sums[order] / counts[order, None]
     return BeamEndpoints(np.stack(np.divmod(seen[order], cols), axis=-1) + low, means[:, :2], means[:, 2:])
 
 
 def _directions(scans: Sequence[LidarScan]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cosine and sine of the beams' angles, (1, B) where all scans have the same, else (N, B)."""
+    """Return cosine and sine of the beams' angles: (1, B) if all scans have the same, else (N, B)."""
     first = scans[0]
     same = all(scan.angle_min == first.angle_min and scan.angle_increment == first.angle_increment for scan in scans)
     angles = np.stack([scan.angles for scan in (scans[:1] if same else scans)])
@@ -76,7 +78,7 @@ def _directions(scans: Sequence[LidarScan]) -> tuple[NDArray[np.float64], NDArra
 
 
 def _lidar_poses(frame_from_base: Trajectory, base_from_lidar: SE2) -> NDArray[np.float64]:
-    """x, y, cosine and sine of yaw of the lidar at each pose, (N, 4)."""
+    """Return x, y, cosine and sine of yaw of the lidar at each pose, (N, 4)."""
     return _composed(frame_from_base.poses, base_from_lidar.x, base_from_lidar.y, base_from_lidar.yaw)
 
 
@@ -95,7 +97,7 @@ def _composed(poses: NDArray[np.float64], x: float, y: float, yaw: float) -> NDA
 
 @njit(cache=True)
 def _wrapped(angle: float) -> float:
-    """The same angle in [-pi, pi], without rounding, as ``wrap_angle`` has it."""
+    """Wrap an angle to [-pi, pi] without rounding, as ``wrap_angle`` does."""
     angle = np.fmod(angle, math.tau)
     if abs(angle) > math.pi:
         angle -= math.copysign(math.tau, angle)
@@ -109,7 +111,7 @@ def _ends(
     sines: NDArray[np.float64],
     poses: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Where beams end, (N, B, 2) x, y: of ranges (N, B), directions (N, B) or (1, B), and the lidar's poses (N, 4)."""
+    """Return endpoints (N, B, 2) x, y of ranges (N, B), directions (N, B) or (1, B) and the lidar's poses (N, 4)."""
     ends = np.empty((*ranges.shape, 2))
     for k in range(ranges.shape[0]):
         row = k % cosines.shape[0]
@@ -124,7 +126,7 @@ def _ends(
 
 @njit(cache=True)
 def _span(true: NDArray[np.float64], usable: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The lowest and the highest row, col of the true cells in which usable beams end."""
+    """Return the lowest and the highest row, col of the true cells in which usable beams end."""
     low_x, low_y, high_x, high_y = math.inf, math.inf, -math.inf, -math.inf
     for k in range(usable.shape[0]):
         for b in range(usable.shape[1]):
@@ -139,15 +141,18 @@ def _span(true: NDArray[np.float64], usable: NDArray[np.bool_]) -> tuple[NDArray
 
 @njit(cache=True)
 def _sums(
-    believed: NDArray[np.float64],
+    estimated: NDArray[np.float64],
     true: NDArray[np.float64],
     usable: NDArray[np.bool_],
     low: NDArray[np.int64],
     place: NDArray[np.int32],
     most: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """The flat index of each true cell in which usable beams end, how many do, and the sums of their true and believed
-    x, y (M, 4). ``place`` (rows, cols) has the cells from ``low`` on, and is -1 throughout."""
+    """Sum up the endpoints of usable beams in each true cell.
+
+    Returns flat indices and counts of those cells (M,), and the sums of true and estimated x, y (M, 4).
+    ``place`` (rows, cols) covers the cells from ``low`` on and is -1 throughout.
+    """
     seen, counts, sums, found = np.empty(most, np.int64), np.zeros(most, np.int64), np.zeros((most, 4)), 0
     for k in range(usable.shape[0]):
         for b in range(usable.shape[1]):
@@ -161,5 +166,5 @@ def _sums(
                 counts[at] += 1
                 for axis in range(2):
                     sums[at, axis] += true[k, b, axis]
-                    sums[at, 2 + axis] += believed[k, b, axis]
+                    sums[at, 2 + axis] += estimated[k, b, axis]
     return seen[:found], counts[:found], sums[:found]

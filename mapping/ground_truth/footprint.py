@@ -1,4 +1,4 @@
-"""What a robot could have seen of the world from where it truly was."""
+"""True footprints: what a robot could observe of the world from its true poses."""
 
 from __future__ import annotations
 
@@ -11,35 +11,37 @@ from mapping.grid.traversal import SKIP, beam_ends, mark_scan
 from mapping.robot.robot_log import RobotTruth
 
 TRUE_RESOLUTION = 0.05
-"""Size of a true cell [m]."""
+"""Size of a true cell [m]: as fine as the finest maps that the data sets hold."""
 
 
 def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> NDArray[np.bool_]:
-    """Which cells of the world's raster the robot's true beams crossed or ended in: (rows, cols).
+    """Mark the cells (rows, cols) of the world's raster that the robot's true beams crossed or ended in.
 
-    Beams without a return cross what lies within ``clear_range`` [m]. The raster's cells must be aligned with the
+    Beams without a return cross the cells within ``clear_range`` [m]. The raster's cells must be aligned with the
     world's origin, as those of the true raster are.
+
+    Raises ``ValueError`` if no beam measured anything.
     """
     scans = []
     for k, scan in enumerate(truth.scans):
         pose = truth.trajectory.pose(k) @ truth.base_from_lidar
         limits = min(clear_range, scan.range_max), world.resolution
-        ends, says = beam_ends(scan.ranges, scan.angle_min, scan.angle_increment, pose.x, pose.y, pose.yaw, *limits)
-        if (says != SKIP).any():
-            scans.append((np.array([pose.x, pose.y]) / world.resolution, ends, says))
+        ends, kinds = beam_ends(scan.ranges, scan.angle_min, scan.angle_increment, pose.x, pose.y, pose.yaw, *limits)
+        if (kinds != SKIP).any():
+            scans.append((np.array([pose.x, pose.y]) / world.resolution, ends, kinds))
     if not scans:
-        raise ValueError("observed: no beam of any scan said anything, so there is no footprint")
+        raise ValueError("observed: no beam measured anything, so there is no footprint")
     low = np.floor(np.min([np.minimum(start, ends.min(axis=0)) for start, ends, _ in scans], axis=0))
     high = np.floor(np.max([np.maximum(start, ends.max(axis=0)) for start, ends, _ in scans], axis=0))
     cols, rows = (high - low + 1).astype(np.int64).tolist()
     seen = np.zeros((rows, cols), np.bool_)
-    for start, ends, says in scans:
-        mark_scan(seen, start[0] - low[0], start[1] - low[1], ends - low, says)
+    for start, ends, kinds in scans:
+        mark_scan(seen, start[0] - low[0], start[1] - low[1], ends - low, kinds)
     return _placed(seen, low[::-1].astype(np.int64), world)
 
 
 def _placed(seen: NDArray[np.bool_], first: NDArray[np.int64], world: GridFrame) -> NDArray[np.bool_]:
-    """What of a raster, whose first cell is row, col ``first`` from the world's origin, lies on the world's raster."""
+    """Copy a raster, whose first cell is row, col ``first`` from the world's origin, onto the world's raster."""
     origin = np.rint(np.array([world.origin.y, world.origin.x]) / world.resolution).astype(np.int64)
     placed = np.zeros(world.shape, np.bool_)
     low = np.maximum(first - origin, 0)
@@ -53,5 +55,5 @@ def _placed(seen: NDArray[np.bool_], first: NDArray[np.int64], world: GridFrame)
 
 
 def footprint(world: OccupancyGrid, seen: NDArray[np.bool_]) -> OccupancyGrid:
-    """The true raster of what a robot could have seen: the world's where it looked, unknown elsewhere."""
+    """Return the true raster of the observed cells, unknown elsewhere."""
     return OccupancyGrid(world.frame, np.where(seen, world.log_odds, np.float32(0.0)))

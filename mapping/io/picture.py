@@ -13,10 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from mapping.grid.frame import MAX_PICTURE_CELLS
 from mapping.io.pgm import pgm_bytes, read_header, read_pgm
-
-MAX_PIXELS = 2**27
-"""The largest picture that is read: 580 m by 580 m at 5 cm. Known before a pixel is decoded."""
 
 MAX_BYTES = 2**30
 """The largest file that is read."""
@@ -83,8 +81,8 @@ def picture_bytes(picture: Picture, kind: str) -> bytes:
 
 
 def _check_size(width: int, height: int) -> None:
-    if width * height > MAX_PIXELS:
-        raise ValueError(f"the picture has {width} x {height} pixels, more than the {MAX_PIXELS} that are read")
+    if width * height > MAX_PICTURE_CELLS:
+        raise ValueError(f"the picture has {width} x {height} pixels, more than the {MAX_PICTURE_CELLS} that are read")
 
 
 def _read_png(data: bytes) -> Picture:

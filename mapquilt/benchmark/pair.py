@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame import similarity_from_pixels
+from mapping.grid.pixel_matrix import similarity_from_pixels
 from mapping.io.map_file import load_map, require_known
 from mapping.map_set import MapSet
 from mapquilt.evaluation.transform_error import RIGHT

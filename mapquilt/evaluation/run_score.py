@@ -85,8 +85,8 @@ def _score_pair(maps: MapSet, truth: RunTruth, pair: PairRecord) -> PairScore:
     return PairScore(
         target=pair.target,
         source=pair.source,
-        overlap=true_pair.places.overlap,
-        identifiable=true_pair.places.identifiability.identifiable,
+        overlap=true_pair.footprints.overlap,
+        identifiable=true_pair.footprints.identifiability.identifiable,
         accepted=pair.accepted,
         confidence=pair.confidence,
         reason=pair.reason,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
 from mapquilt.jobs.progress import count_progress
 from mapquilt.runs.folder import is_run, refuse_foreign
@@ -32,7 +31,7 @@ def show_steps(maps: MapSet, settings: MergeSettings, debug: Path | None) -> tup
         return notes(maps.names, corrected_maps(maps.grids))
     from mapquilt.merging.debug_folder import write_debug
 
-    team = team_steps(maps, settings.scale or ScaleRange.automatic(maps))
+    team = team_steps(maps, settings.scale or maps.scale_range)
     with count_progress("pictures of steps") as on_progress:
         write_debug(debug, team, on_progress)
     return notes(team.names, team.maps)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
 from mapquilt.merging.merge_file import read_pair, settings_record
 from mapquilt.merging.merge_inputs import map_fingerprint, read_merge
@@ -17,7 +16,7 @@ def answers_before(folder: Path, maps: MapSet, settings: MergeSettings, seed: in
     """What a merge that is there says of pairs whose maps have not changed since, each by itself; nothing where it was
     made with other settings."""
     record = read_merge(folder)
-    scale = settings.scale or ScaleRange.automatic(maps)
+    scale = settings.scale or maps.scale_range
     wanted = settings_record(settings, scale, seed)
     if any(record[name] != value for name, value in wanted.items()):
         return {}

@@ -25,7 +25,7 @@ def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result
     maps = inputs.maps
     return {
         "schema": SCHEMA,
-        **settings_record(settings, settings.scale or ScaleRange.automatic(maps), seed),
+        **settings_record(settings, settings.scale or maps.scale_range, seed),
         "fusion": settings.fusion,
         "confidence_calibrated": result.confidence_calibrated,
         "reference": result.reference,

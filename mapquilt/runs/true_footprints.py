@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint
-from mapping.ground_truth.footprint_layers import FootprintLayers
+from mapping.ground_truth.coarse_footprint import CoarseFootprint
 from mapping.ground_truth.truth import PairOverlap
 from mapping.io.map_file import map_files
 from mapping.robot.robot_log import RobotTruth
@@ -88,10 +88,10 @@ def true_places(
     for name, (robot, part) in zip(names, places, strict=True):
         maps.append(_true_map(name, world, robot, mission.robots[robot], (part, parts), seen))
         on_step()
-    layers = {one.name: FootprintLayers.of(one.footprint) for one in maps}
+    coarse = {one.name: CoarseFootprint.of(one.footprint) for one in maps}
     pairs = {}
     for a, b in itertools.combinations(maps, 2):
-        pairs[a.name, b.name] = PairOverlap.of(a.footprint, b.footprint, (layers[a.name], layers[b.name]))
+        pairs[a.name, b.name] = PairOverlap.of(a.footprint, b.footprint, (coarse[a.name], coarse[b.name]))
         on_step()
     return TrueFootprints(world, tuple(maps), pairs)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.ground_truth.identifiability import Identifiability
+from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
@@ -65,10 +65,10 @@ def _pair_record(target: str, source: str, pair: PairTruth) -> dict[str, Any]:
         "fitted": pair.fitted,
         "common_wall_cells": pair.common_cells,
         "residual_m": pair.residual,
-        "overlap": pair.places.overlap,
-        "identifiable": pair.places.identifiability.identifiable,
-        "true_agreement": pair.places.identifiability.agreement,
-        "rival_agreement": pair.places.identifiability.rival,
+        "overlap": pair.footprints.overlap,
+        "identifiable": pair.footprints.identifiability.identifiable,
+        "true_agreement": pair.footprints.identifiability.score,
+        "rival_agreement": pair.footprints.identifiability.second_best,
     }
 
 

@@ -36,7 +36,7 @@ def _merged(team: Team, cluster: Cluster) -> MergedGroup:
     placed[reference] = Similarity2.identity()
     grid_of = dict(zip(team.maps.names, team.maps.grids, strict=True))
     frame = grid_of[reference].cropped().frame
-    if team.maps.resolutions_trusted and all(unit == "m" for unit in team.maps.units):
+    if team.maps.metric:
         frame = finest(frame, [grid_of[name].frame.resolution * pose.scale for name, pose in placed.items()])
     grids = [(placed[name], grid_of[name].cropped()) for name in team.maps.names if name in placed]
     fused = fuse_and_compare(frame, grids, team.settings.fusion)

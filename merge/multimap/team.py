@@ -77,7 +77,7 @@ class Team:
         """Prepare a merge. Raises ``ValueError`` for priors that say nothing."""
         run, ordered = TaskRunner(executor, on_progress), _in_canonical_order(maps)
         frames = tuple(local_frames(ordered, run.cache))
-        scale = settings.scale if settings.scale is not None else ScaleRange.automatic(maps)
+        scale = settings.scale if settings.scale is not None else maps.scale_range
         likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood)
         return Team(
             names=maps.names,

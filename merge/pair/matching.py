@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame import GridFrame, pixel_matrix, similarity_from_pixels
+from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.pixel_matrix import pixel_matrix, similarity_from_pixels
 from mapping.map_set import MapSet, Unit
 from mapping.seeds import Role, stream
 from merge.methods import PROPOSERS, PUBLISHED

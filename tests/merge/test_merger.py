@@ -8,8 +8,9 @@ import pytest
 
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame import GridFrame, pixel_matrix
+from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.pixel_matrix import pixel_matrix
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange, merge_maps
 from merge.pair.feature_cache import FeatureCache

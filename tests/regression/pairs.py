@@ -90,8 +90,8 @@ def _of_one_sample(family: str, name: str, sample: Sample) -> Iterator[Regressio
             sample.maps.resolutions_trusted,
             truth.target_from_source,
             sample.truth.robot(target).truth.world_from_map.scale,
-            truth.places.overlap,
-            truth.places.identifiability.identifiable,
+            truth.footprints.overlap,
+            truth.footprints.identifiability.identifiable,
         )
 
 

@@ -49,4 +49,4 @@ def test_an_unknown_method_is_named():
 )
 def test_the_scale_is_known_only_where_every_resolution_is(units, trusted, expected):
     grid = OccupancyGrid.from_occupancy(GridFrame(0.05, SE2(), (1, 1)), [[0]])
-    assert ScaleRange.automatic(MapSet(("a", "b"), (grid, grid), units, trusted)) == expected
+    assert MapSet(("a", "b"), (grid, grid), units, trusted).scale_range == expected

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame import GridFrame, pixel_matrix, similarity_from_pixels
+from mapping.grid.frame import GridFrame
+from mapping.grid.pixel_matrix import pixel_matrix, similarity_from_pixels
 
 metres = st.floats(-20, 20)
 angles = st.floats(-3.1, 3.1)

@@ -1,4 +1,4 @@
-"""Which pairs have one right answer: rooms whose symmetry is known."""
+"""Pairs with one right answer or several: rooms whose symmetry is known."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.ground_truth.identifiability import identifiability
+from mapping.ground_truth.ambiguity_search import identifiability
 
 SHAPE = (280, 400)
 FRAME = GridFrame(0.05, SE2(), SHAPE)
@@ -38,23 +38,23 @@ def test_a_room_without_symmetry_has_one_answer():
     room = world((2, 2, 8, 16), boxes=CLUTTER)
     found = identifiability(part(room, 1, 13), part(room, 6, 19))
     assert found.identifiable
-    assert found.agreement > 0.6
+    assert found.score > 0.6
 
 
-def test_a_bare_room_may_be_turned_by_half_a_turn():
+def test_a_bare_room_is_ambiguous_by_half_a_turn():
     room = world((2, 2, 8, 16))
     found = identifiability(room, room)
-    assert found.agreement > 0.95
-    assert found.rival > 0.9
+    assert found.score > 0.95
+    assert found.second_best > 0.9
     assert not found.identifiable
 
 
-def test_a_bare_corridor_may_be_slid_along():
+def test_a_bare_corridor_is_ambiguous_along_its_walls():
     corridor = world((4, 1, 2, 18))
     assert not identifiability(part(corridor, 3, 12), part(corridor, 6, 15)).identifiable
 
 
-def test_two_equal_rooms_may_be_taken_for_each_other():
+def test_two_equal_rooms_are_ambiguous():
     boxes = ((3, 3, 1, 2), (6, 5, 2, 1))
     twins = world((2, 2, 8, 6), (2, 11, 8, 6), boxes=boxes + tuple((r, c + 9, h, w) for r, c, h, w in boxes))
     left, right = part(twins, 1, 10), part(twins, 10, 19)
@@ -72,8 +72,8 @@ def test_robots_that_share_nothing_have_no_answer():
 def test_order_does_not_matter_much():
     room = world((2, 2, 8, 16), boxes=CLUTTER)
     there, back = (identifiability(*pair) for pair in ((part(room, 1, 13), room), (room, part(room, 1, 13))))
-    assert there.agreement == pytest.approx(back.agreement, abs=0.02)
-    assert there.rival == pytest.approx(back.rival, abs=0.08)
+    assert there.score == pytest.approx(back.score, abs=0.02)
+    assert there.second_best == pytest.approx(back.second_best, abs=0.08)
 
 
 def test_a_blank_footprint_is_never_identifiable():

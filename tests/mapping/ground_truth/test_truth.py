@@ -1,4 +1,4 @@
-"""The truth of bent maps: known answers, and what must be left out of the fit."""
+"""The truth of distorted maps: known answers, and beams that the fit must leave out."""
 
 import dataclasses
 import math
@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
+from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.ground_truth.beam_endpoints import BeamEndpoints, beam_endpoints
 from mapping.ground_truth.footprint import observed
-from mapping.ground_truth.identifiability import Identifiability
 from mapping.ground_truth.truth import (
-    LEAST_COMMON_CELLS,
+    MIN_COMMON_CELLS,
     PairOverlap,
     fit_rigid,
     map_truth,
@@ -34,7 +34,7 @@ MOUNTING = SE2(0.2, -0.1, 2.0)
 
 
 def box_scan(world_from_lidar, stamp, low=0.0, high=10.0):
-    """What a lidar in an empty box [low, high]^2 measures: the nearest wall along each beam."""
+    """Scan an empty box [low, high]^2: the nearest wall along each beam."""
     angles = -math.pi + 2 * math.pi / BEAMS * np.arange(BEAMS)
     ways = np.stack((np.cos(angles + world_from_lidar.yaw), np.sin(angles + world_from_lidar.yaw)), axis=-1)
     start = np.array([world_from_lidar.x, world_from_lidar.y])
@@ -44,7 +44,7 @@ def box_scan(world_from_lidar, stamp, low=0.0, high=10.0):
 
 
 def robot(path):
-    """A robot that drives through the box: its truth, and a log whose odometry is exact."""
+    """Drive a robot through the box: its truth, and a log with exact odometry."""
     trajectory = Trajectory(np.arange(float(len(path))), np.array(path))
     scans = tuple(box_scan(trajectory.pose(k) @ MOUNTING, float(k)) for k in range(len(path)))
     truth = RobotTruth(scans, trajectory, np.zeros((len(path), BEAMS), bool), MOUNTING)
@@ -54,7 +54,7 @@ def robot(path):
 PATH_A = [(2.0, 2.0, 0.4), (3.0, 2.5, 0.9), (4.0, 4.0, 1.5)]
 PATH_B = [(8.0, 7.0, -2.0), (7.0, 6.0, -2.5), (5.0, 5.0, 3.0)]
 NOTHING = np.zeros((3, BEAMS), bool)
-PLACES = PairOverlap(0.5, Identifiability(1.0, 0.2))
+FOOTPRINTS = PairOverlap(0.5, Identifiability(1.0, 0.2))
 
 
 def seen_by(path, odometry=None):
@@ -63,7 +63,7 @@ def seen_by(path, odometry=None):
 
 
 @given(poses)
-def test_fit_finds_a_motion_again(motion):
+def test_fit_recovers_a_motion(motion):
     points = np.random.default_rng(0).uniform(-5, 5, (30, 2))
     fit = fit_rigid(points, motion.apply(points))
     assert np.allclose(fit.apply(points), motion.apply(points), atol=1e-9)
@@ -76,7 +76,7 @@ def test_fit_of_opposite_points_is_not_a_reflection():
 
 
 @given(similarities)
-def test_without_drift_the_map_lies_where_the_robot_started(start_from_map):
+def test_without_drift_the_truth_of_a_map_is_the_robots_start(start_from_map):
     seen, truth = seen_by(PATH_A)
     world_from_start = truth.trajectory.pose(0)
     fitted = map_truth(seen, world_from_start, start_from_map)
@@ -90,7 +90,7 @@ def test_without_drift_the_map_lies_where_the_robot_started(start_from_map):
 @given(similarities, similarities)
 def test_without_drift_the_pair_is_the_two_maps_composed(target_start_from_map, source_start_from_map):
     (target, target_truth), (source, source_truth) = seen_by(PATH_A), seen_by(PATH_B)
-    pair = pair_truth(target, source, target_start_from_map, source_start_from_map, PLACES)
+    pair = pair_truth(target, source, target_start_from_map, source_start_from_map, FOOTPRINTS)
     world_from_target = Similarity2.from_se2(target_truth.trajectory.pose(0)) @ target_start_from_map
     world_from_source = Similarity2.from_se2(source_truth.trajectory.pose(0)) @ source_start_from_map
     expected = world_from_target.inverse() @ world_from_source
@@ -102,17 +102,17 @@ def test_without_drift_the_pair_is_the_two_maps_composed(target_start_from_map, 
     assert pair.residual < 0.05
 
 
-def test_a_bent_map_has_distortion_and_a_truth_between_start_and_end():
+def test_a_distorted_map_has_a_truth_between_start_and_end():
     truth, log = robot(PATH_A)
-    bent = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
-    seen = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, bent), NOTHING)
+    distorted = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
+    seen = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, distorted), NOTHING)
     fitted = map_truth(seen, truth.trajectory.pose(0), Similarity2())
     shift = fitted.world_from_map.inverse() @ fitted.world_from_start_map
     assert 0.05 < fitted.distortion < 0.5
     assert 0.1 < math.hypot(shift.x, shift.y) < 0.6
 
 
-def test_readings_that_noise_made_up_and_hits_on_robots_are_left_out():
+def test_replaced_readings_and_hits_on_robots_are_left_out():
     truth, log = robot(PATH_A)
     replaced, hits_robot = np.zeros((2, 3, BEAMS), bool)
     replaced[:, 10], hits_robot[:, 20] = True, True
@@ -128,17 +128,17 @@ def test_readings_that_noise_made_up_and_hits_on_robots_are_left_out():
     assert clean.distortion < 1e-5 < 0.01 < dirty.distortion
 
 
-def test_too_few_common_cells_compose_the_pair():
+def test_with_too_few_common_cells_the_pair_is_composed():
     (target, _), (source, _) = seen_by(PATH_A), seen_by(PATH_B)
-    few = LEAST_COMMON_CELLS - 1
+    few = MIN_COMMON_CELLS - 1
     apart = BeamEndpoints(
-        np.concatenate((source.cells[:few], source.cells[few:] + 10_000)), source.true, source.believed
+        np.concatenate((source.cells[:few], source.cells[few:] + 10_000)), source.true, source.estimated
     )
-    disguises = Similarity2(3.0, -1.0, 0.7, 1.4), Similarity2(-2.0, 5.0, -1.1, 0.8)
-    pair = pair_truth(target, apart, *disguises, PLACES)
+    perturbations = Similarity2(3.0, -1.0, 0.7, 1.4), Similarity2(-2.0, 5.0, -1.1, 0.8)
+    pair = pair_truth(target, apart, *perturbations, FOOTPRINTS)
     world_from_target, world_from_source = (
         Similarity2.from_se2(SE2(*path[0])) @ start_from_map
-        for path, start_from_map in zip((PATH_A, PATH_B), disguises, strict=True)
+        for path, start_from_map in zip((PATH_A, PATH_B), perturbations, strict=True)
     )
     points = np.array([[0.0, 0.0], [5.0, 1.0], [-3.0, 2.0]])
     expected = world_from_target.inverse() @ world_from_source
@@ -148,25 +148,25 @@ def test_too_few_common_cells_compose_the_pair():
     assert pair.common_cells <= few
 
 
-def test_each_true_cell_weighs_the_same():
+def test_each_true_cell_has_the_same_weight():
     """A wall that was seen a hundred times must not outweigh one that was seen once."""
     truth, log = robot(PATH_A)
-    bent = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
-    once = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, bent), NOTHING)
+    distorted = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
+    once = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, distorted), NOTHING)
     visits = [0] * 100 + [1, 2]
     stamps = np.arange(float(len(visits)))
     scans = tuple(dataclasses.replace(log.scans[k], stamp=float(n)) for n, k in enumerate(visits))
     beams = np.zeros((len(visits), BEAMS), bool)
     slow = RobotTruth(scans, Trajectory(stamps, truth.trajectory.poses[visits]), beams, MOUNTING)
     slow_log = RobotLog(scans, Trajectory(stamps, log.odometry.poses[visits]), MOUNTING)
-    often = beam_endpoints(slow_log, slow, Trajectory(stamps, bent[visits]), beams)
+    often = beam_endpoints(slow_log, slow, Trajectory(stamps, distorted[visits]), beams)
     start = truth.trajectory.pose(0)
     a, b = (map_truth(seen, start, Similarity2()).world_from_map for seen in (once, often))
     # The robot's three views share few cells; by beams the fit would move by about 0.2 m, by cells by millimetres.
     assert math.hypot(a.x - b.x, a.y - b.y) < 0.02
 
 
-def test_observed_cells_lie_in_the_box_and_include_the_way_to_its_walls():
+def test_observed_cells_lie_in_the_box_and_include_free_space():
     truth, _ = robot(PATH_A)
     world = GridFrame(0.05, SE2(), (220, 220))
     seen = observed(truth, world)

@@ -11,7 +11,7 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.ground_truth.identifiability import Identifiability
+from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapping.map_set import MapSet
 from mapquilt.cli.tables import print_table, score_table

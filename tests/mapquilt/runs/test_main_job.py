@@ -170,7 +170,9 @@ def test_merging_again_takes_a_stale_score_away(fresh_run):
 
 
 def test_sense_and_merge_work_without_pybullet(merged_run, tmp_path):
-    blocked = "import sys; sys.modules['pybullet'] = None; from mapquilt.cli.app import run; sys.exit(run(sys.argv[1:]))"
+    blocked = (
+        "import sys; sys.modules['pybullet'] = None; from mapquilt.cli.app import run; sys.exit(run(sys.argv[1:]))"
+    )
     for arguments in (("sense", merged_run, "--out", tmp_path / "run"), ("merge", tmp_path / "run")):
         done = subprocess.run([sys.executable, "-c", blocked, *map(str, arguments)], check=False, capture_output=True)
         assert done.returncode in (0, 1), done.stderr.decode()

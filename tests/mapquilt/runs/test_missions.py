@@ -55,8 +55,8 @@ def test_the_overlap_reached_is_recorded_and_told(tmp_path: Path, capsys: pytest
     (pair,) = load_truth(tmp_path / "run/truth.json").pairs.values()
     run = record(tmp_path / "run")
     assert run["overlap"]["wanted"] == [0.6, 0.9]  # type: ignore[index]
-    assert run["overlap"]["reached"] == [pair.places.overlap] * 2  # type: ignore[index]
-    assert 0.6 <= pair.places.overlap <= 0.9
+    assert run["overlap"]["reached"] == [pair.footprints.overlap] * 2  # type: ignore[index]
+    assert 0.6 <= pair.footprints.overlap <= 0.9
     assert "wanted 0.6 to 0.9" in told.out
     assert told.err == ""
 

@@ -3,8 +3,9 @@ import numpy as np
 
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame import GridFrame, pixel_matrix
+from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.pixel_matrix import pixel_matrix
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 
 

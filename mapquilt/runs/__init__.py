@@ -1,0 +1,1 @@
+"""Runs on disk: simulate, sense, merge and score one team."""
