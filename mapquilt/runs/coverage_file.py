@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mapping.io.atomic import write_bytes_aside
-from mapquilt.runs import folder as run_folder
 from mapquilt.json_file import read_record, write_record
+from mapquilt.runs import folder as run_folder
 from mapquilt.viz.palette import INK, robot_colour
 from mapquilt.viz.png import figure_png
 from sim.mission.coverage import Coverage

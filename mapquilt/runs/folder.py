@@ -20,13 +20,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from mapping.io.atomic import folder_aside, write_files_aside
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.atomic import folder_aside, write_files_aside
 from mapping.io.map_file import load_map
-from mapping.map_set import MapSet
-from mapping.robot.robot_log import RobotLog
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.safe_path import within
+from mapping.map_set import MapSet
+from mapping.robot.robot_log import RobotLog
 from mapquilt.json_file import read_record, record_bytes
 
 RUN_FILE = "run.json"

@@ -13,8 +13,8 @@ from mapping.robot.trajectory import Trajectory
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.seen_slices import part_bounds
 from mapquilt.runs.true_footprints import map_names
-from sim.mission.mission import Mission
 from sim.mission.file import load_mission
+from sim.mission.mission import Mission
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,27 +6,27 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from mapping.slam.front_end import odometry_front_end
-from mapping.grid.frame_perturbation import FramePerturbationRanges, perturb_frame, draw_frame_perturbations
-from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame_perturbation import FramePerturbationRanges, draw_frame_perturbations, perturb_frame
 from mapping.grid.log_odds import map_log
-from mapping.map_set import MapSet
-from mapping.robot.robot_log import RobotLog
-from mapping.seeds import check_seed
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.sensor_model import sensor_model
 from mapping.ground_truth.beam_endpoints import BeamEndpoints, beam_endpoints
-from mapping.geometry.similarity2 import Similarity2
 from mapping.ground_truth.truth import (
     MapTruth,
     PairTruth,
     map_truth,
     pair_truth,
 )
+from mapping.map_set import MapSet
+from mapping.robot.robot_log import RobotLog
+from mapping.seeds import check_seed
+from mapping.slam.front_end import odometry_front_end
 from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueMap, TrueFootprints, check_parts, true_places
+from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, check_parts, true_places
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
-from sim.sensors.lidar_presets import lidar_preset
 from sim.mission.mission import Mission
+from sim.sensors.lidar_presets import lidar_preset
 from sim.sensors.noise import Noise, Sensed, sense
 
 Poses = Literal["odometry", "truth"]

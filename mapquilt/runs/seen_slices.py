@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.ground_truth.footprint import observed
 from mapping.grid.frame import GridFrame
+from mapping.ground_truth.footprint import observed
 from sim.mission.mission import Mission
 
 

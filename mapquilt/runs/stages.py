@@ -5,33 +5,28 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from mapping.io.atomic import write_files_aside
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.io.atomic import write_files_aside
 from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot.trajectory import Trajectory
-from mapquilt.runs import folder as run_folder
-from mapquilt.runs.coverage_file import write_coverage
+from mapquilt.evaluation.merged_score import merged_score
+from mapquilt.evaluation.run_score import RunScore, score_answer, score_bytes
 from mapquilt.json_file import read_record
 from mapquilt.merging.merge_file import GroupRecord, MergeAnswer, load_answer
-from mapquilt.merging.merge_folder import merge_files, write_answer
-from mapquilt.merging.merge_inputs import MergeInputs, run_inputs
-from mapquilt.evaluation.merged_score import merged_score
-from mapquilt.viz.png import figure_png
-from mapquilt.evaluation.run_score import RunScore, score_answer, score_bytes
-from mapquilt.runs.writer import fill_run
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.coverage_file import write_coverage
 from mapquilt.runs.sample import Sample, SampleSettings, make_sample, sample_steps
 from mapquilt.runs.truth_file import RunTruth, load_truth
-from merge.merger import Progress, merge_maps
-from merge.records.result import MergeResult, PairResult
-from merge.settings import MergeSettings
+from mapquilt.runs.writer import fill_run
+from mapquilt.viz.png import figure_png
+from merge.merger import Progress
 from sim.mission.coverage import coverage
-from sim.mission.mission import Mission, simulate
 from sim.mission.file import load_mission, save_mission
+from sim.mission.mission import Mission, simulate
 from sim.mission.settings import MissionSettings
 from worlds.world import World
 

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint
 from mapping.ground_truth.coarse_footprint import CoarseFootprint
+from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint
 from mapping.ground_truth.truth import PairOverlap
 from mapping.io.map_file import map_files
 from mapping.robot.robot_log import RobotTruth

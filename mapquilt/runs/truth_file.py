@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
+from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapquilt.json_file import read_record, similarity_from_record, similarity_record, write_record
 

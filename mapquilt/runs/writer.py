@@ -9,8 +9,8 @@ from typing import Any
 from mapping.io.atomic import write_files_aside
 from mapping.io.map_file import save_map
 from mapping.io.robot_log_file import save_robot_log
-from mapquilt.runs import folder as run_folder
 from mapquilt.json_file import write_record
+from mapquilt.runs import folder as run_folder
 from mapquilt.runs.overlap_report import true_overlaps
 from mapquilt.runs.sample import Sample, SampleSettings, lidar_names
 from mapquilt.runs.truth_file import save_truth

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.grid.log_odds import LogOddsMapper
 from mapping.grid.sensor_model import SENSOR_MODELS, sensor_model
-from sim.mission.mission import simulate
+from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from sim.mission.file import load_mission
+from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
 from worlds.raster import true_raster

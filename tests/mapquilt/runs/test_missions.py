@@ -11,8 +11,8 @@ import pytest
 from mapping.io.tum import load_tum
 from mapquilt.cli.options.mission import MissionOptions, parse_mission
 from mapquilt.runs.truth_file import load_truth
-from sim.sensors.lidar import Lidar
 from sim.mission.file import load_mission
+from sim.sensors.lidar import Lidar
 from tests.conftest import command, hashes
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mapping.io.robot_log_file import load_robot_log
-from sim.sensors.lidar_presets import PRESETS, lidar_preset
 from sim.mission.file import load_mission
+from sim.sensors.lidar_presets import PRESETS, lidar_preset
 from sim.sensors.noise import COMPONENTS, Noise, sense
 from tests.conftest import command
 
