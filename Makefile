@@ -45,7 +45,8 @@ merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(metho
 score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
-.PHONY: run sim merge score thesis install test regression regression-update check study bench lock clean help
+.PHONY: run sim merge score thesis install test test-fast regression regression-update check docs release-check study \
+  bench lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
 
@@ -75,9 +76,15 @@ $(stamp): requirements.lock pyproject.toml
 	@$(pip) install --no-index --no-deps --no-build-isolation --editable .
 	@touch $@
 
+# The rooms whose tests are laws, known answers and refusals of single functions.
+laws = tests/mapping tests/worlds tests/merge tests/sim tests/mapquilt/evaluation tests/mapquilt/test_numbers.py
+
 # --- Working on mapquilt ---------------------------------------------------------------------------------------------------
 test: $(stamp)
 	$(bin)/pytest -n 2
+
+test-fast: $(stamp)
+	$(bin)/pytest -n 2 -q -m "not slow" $(laws)
 
 regression: $(stamp)
 	$(bin)/python -m tests.regression
@@ -90,6 +97,13 @@ check: $(stamp)
 	$(bin)/ruff format --check .
 	$(bin)/mypy
 	$(bin)/lint-imports
+
+docs: $(stamp)
+	NO_MKDOCS_2_WARNING=1 $(bin)/mkdocs build --strict --quiet
+	@echo 'build/site/index.html'
+
+release-check: $(stamp)
+	.ci/release_check $(bin)/python
 
 bench: $(stamp)
 	$(bin)/python -m benchmarks.bench
@@ -114,11 +128,14 @@ help:
 	@echo 'make [run]     simulate a team of robots, merge their maps, score the merge'
 	@echo 'make sim, make merge, make score   one step of that, on what the step before left in out'
 	@echo 'make thesis    reproduce the study of Chen (2021) in runs/thesis; stopped, it goes on'
-	@echo 'make test      run the tests'
+	@echo 'make test      run all tests'
+	@echo 'make test-fast run the unit tests, in a minute'
 	@echo 'make regression         merge generated pairs of all world families, compare with tests/golden'
 	@echo 'make regression-update  rewrite tests/golden, and print what changed'
 	@echo 'make check     lint, format, types, import contracts'
 	@echo 'make study     sweep the noise level: tables, plots and a report in runs/study'
+	@echo 'make docs      build the site in build/site'
+	@echo 'make release-check      build the wheel and try it on Python 3.11, 3.12 and 3.13'
 	@echo 'make bench     measure the cost of each step'
 	@echo 'make install   only set up .venv (every verb above does, when needed)'
 	@echo 'make lock      pin the newest allowed versions in requirements.lock'
