@@ -1,0 +1,115 @@
+"""The Python interface: one function per task, on files or on records in memory."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import MapSet
+
+if TYPE_CHECKING:
+    from mapquilt.runs.sample import Sample, SampleSettings
+    from merge.records.result import MergeResult
+    from merge.settings import MergeSettings
+    from sim.mission.settings import MissionSettings
+
+Maps = MapSet | Sequence[str | Path | OccupancyGrid] | str | Path
+"""A map set; or map files or grids; or the folder of a run."""
+
+
+def merge(
+    maps: Maps,
+    settings: MergeSettings | None = None,
+    *,
+    out: str | Path | None = None,
+    workers: int = 1,
+    seed: int = 0,
+    **changes: Any,
+) -> MergeResult:
+    """Merge maps: find the transform of each pair, accept or refuse it, and fuse the maps that join.
+
+    ``maps`` are map files (map_server YAML, PGM, PNG), grids, a ``MapSet``, or the folder of a run. ``changes`` replace
+    fields of the settings, as in ``merge(files, method="orb")``. With ``out``, a new folder, the merged map and all
+    records are written there, as by ``mapquilt merge --out``; a run gets them in its own folder. ``workers`` is the
+    number of processes.
+
+    Raises ``ValueError`` or ``OSError`` naming the file or setting that cannot be used. Maps that do not match are no
+    error: their pair is refused, with a reason.
+    """
+    from mapquilt.jobs.runner import Workers
+    from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
+    from mapquilt.merging.merge_inputs import file_inputs
+    from merge.merger import merge_maps
+    from merge.settings import MergeSettings
+
+    settings = dataclasses.replace(settings or MergeSettings(), **changes)
+    chosen = Workers(workers)
+    executor = None if chosen.local else chosen.executor()
+    try:
+        if isinstance(maps, str | Path):
+            if out is not None:
+                raise ValueError(f"out is {out}, must be None for a run, which gets the merge in its own folder")
+            return merge_run(Path(maps), settings, seed, executor=executor)
+        if not isinstance(maps, MapSet) and any(isinstance(one, str | Path) for one in maps):
+            paths = [Path(one) for one in maps if isinstance(one, str | Path)]
+            inputs = file_inputs(paths, None)
+            for warning in inputs.warnings:
+                warnings.warn(warning, stacklevel=2)
+            if out is not None:
+                refuse_merge(Path(out), paths)
+            result = merge_maps(inputs.maps, settings, seed, executor=executor)
+            if out is not None:
+                write_merge(Path(out), inputs, settings, seed, result)
+            return result
+        if out is not None:
+            raise ValueError(f"out is {out}, must be None for maps in memory; use save_map(result.merged, path)")
+        return merge_maps(maps if isinstance(maps, MapSet) else _map_set(maps), settings, seed, executor=executor)
+    finally:
+        if executor is not None:
+            executor.shutdown()
+
+
+def _map_set(grids: Sequence[Any]) -> MapSet:
+    for number, grid in enumerate(grids):
+        if not isinstance(grid, OccupancyGrid):
+            raise ValueError(f"maps[{number}] is a {type(grid).__name__}, must be a file name or an OccupancyGrid")
+    return MapSet(tuple(f"map_{number}" for number in range(len(grids))), tuple(grids), tuple("m" for _ in grids))
+
+
+def simulate(
+    world: str,
+    *,
+    robots: int = 3,
+    seed: int = 6,
+    duration: float = 120.0,
+    mission: MissionSettings | None = None,
+    sensing: SampleSettings | None = None,
+    out: str | Path | None = None,
+) -> Sample:
+    """Simulate a team of robots in a world, and return their maps with the ground truth.
+
+    ``world`` is a family (``office``, ``cave``, ...) or a file, as for ``mapquilt simulate``; ``duration`` is in
+    seconds. ``mission`` replaces ``robots`` and ``duration`` by settings for each robot; ``sensing`` holds noise,
+    mapping and frame perturbation. With ``out`` the run is written to that folder.
+
+    Raises ``ValueError`` naming the setting that is out of range, ``ImportError`` if pybullet is missing.
+    """
+    from mapquilt.cli.options.world import open_place
+    from mapquilt.runs.sample import SampleSettings, make_sample
+    from mapquilt.runs.stages import simulate_run
+    from sim.mission.mission import simulate as simulate_mission
+    from sim.mission.settings import MissionSettings
+
+    place, notes = open_place(world, seed)
+    for note in notes:
+        warnings.warn(note, stacklevel=2)
+    mission = mission or MissionSettings(robots, duration)
+    sensing = sensing or SampleSettings(seed=seed)
+    if out is not None:
+        return simulate_run(Path(out), place, mission, sensing, seed)
+    simulated, _ = simulate_mission(place, mission, seed, clear_range=sensing.clear_range)
+    return make_sample(simulated, sensing)
