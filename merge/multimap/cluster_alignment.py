@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,23 +11,13 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
 from merge.multimap.graph import (
     Cluster,
+    ClusterAlignment,
     ConsistencyModel,
     Edge,
     EdgeTable,
     Pair,
     hop_distances,
-    is_connected,
 )
-from merge.multimap.pose_graph import optimise_poses
-
-
-@dataclass(frozen=True, eq=False)
-class ClusterAlignment:
-    """A transform between the roots of two clusters, the edges that agree with it, and their summed log-odds."""
-
-    first_from_second: Similarity2
-    edges: tuple[Edge, ...]
-    support: float
 
 
 def align_clusters(
@@ -56,28 +45,6 @@ def align_clusters(
         found.append(ClusterAlignment(transform, members, float(support.max())))
         left &= ~agreeing
     return sorted(found, key=lambda alignment: -alignment.support)
-
-
-def join_clusters(first: Cluster, second: Cluster, alignment: ClusterAlignment, model: ConsistencyModel) -> Cluster:
-    """Make one cluster of two, its poses optimised over all their edges."""
-    poses = dict(first.poses)
-    poses.update({index: alignment.first_from_second @ pose for index, pose in second.poses.items()})
-    edges = (*first.edges, *second.edges, *alignment.edges)
-    return Cluster(optimise_poses(poses, edges, min(poses), model.fixed_scale), edges)
-
-
-def refit_cluster(cluster: Cluster, edges: Sequence[Edge], model: ConsistencyModel) -> Cluster:
-    """Optimise a cluster over all edges that agree with its poses, and over no others."""
-    for _ in range(model.settings.clustering.refits):
-        agreeing = model.agreeing(cluster, edges)
-        if not is_connected(cluster, agreeing):
-            return cluster
-        unchanged = len(agreeing) == len(cluster.edges)
-        poses = optimise_poses(cluster.poses, agreeing, cluster.root, model.fixed_scale)
-        cluster = Cluster(poses, agreeing)
-        if unchanged:
-            break
-    return cluster
 
 
 def cell_log_odds(

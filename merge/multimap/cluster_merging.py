@@ -13,8 +13,8 @@ from collections.abc import Iterable, Iterator
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.fusion import fuse
-from merge.multimap.cluster_alignment import ClusterAlignment, align_clusters
-from merge.multimap.graph import Cluster, Edge, Pair, pairs_of
+from merge.multimap.cluster_alignment import align_clusters
+from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair, pairs_of
 from merge.multimap.team import Answers, Team
 from merge.pair.matching import PairTask, match
 from merge.records.result import PairResult

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.cluster_alignment import ClusterAlignment, align_clusters, cell_log_odds, join_clusters
-from merge.multimap.graph import Cluster, ConsistencyModel, Edge, Pair, pairs_of
+from merge.multimap.cluster_alignment import align_clusters, cell_log_odds
+from merge.multimap.graph import Cluster, ClusterAlignment, ConsistencyModel, Edge, Pair, pairs_of
 from merge.multimap.outlier_rejection import reject_outliers, total_log_odds
+from merge.multimap.pose_graph import join_clusters
 
 Clusters = Mapping[int, Cluster]
 """Clusters by their roots."""

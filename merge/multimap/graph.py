@@ -122,6 +122,15 @@ class Cluster:
 
 
 @dataclass(frozen=True, eq=False)
+class ClusterAlignment:
+    """A transform between the roots of two clusters, the edges that agree with it, and their summed log-odds."""
+
+    first_from_second: Similarity2
+    edges: tuple[Edge, ...]
+    support: float
+
+
+@dataclass(frozen=True, eq=False)
 class ConsistencyModel:
     """The measure by which edges, cells and poses agree: the likelihood of the cells and a chi-square test of edges."""
 

@@ -9,15 +9,17 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
-from merge.multimap.cluster_alignment import (
+from merge.multimap.cluster_alignment import align_clusters, cell_log_odds
+from merge.multimap.graph import (
+    Cluster,
     ClusterAlignment,
-    align_clusters,
-    cell_log_odds,
-    join_clusters,
-    refit_cluster,
+    ConsistencyModel,
+    Edge,
+    adjacency,
+    is_connected,
+    pairs_of,
 )
-from merge.multimap.graph import Cluster, ConsistencyModel, Edge, adjacency, is_connected, pairs_of
-from merge.multimap.pose_graph import leave_one_out_residuals, optimise_poses
+from merge.multimap.pose_graph import join_clusters, leave_one_out_residuals, optimise_poses, refit_cluster
 
 
 def reject_outliers(cluster: Cluster, edges: Sequence[Edge], model: ConsistencyModel) -> Cluster:

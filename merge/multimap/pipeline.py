@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 from merge.multimap import verdicts
-from merge.multimap.cluster_alignment import ClusterAlignment, join_clusters, refit_cluster
 from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
 from merge.multimap.clustering import cluster_maps
-from merge.multimap.graph import Cluster, Pair
+from merge.multimap.graph import Cluster, ClusterAlignment, Pair
 from merge.multimap.guided_matching import GuidedTask, match_near
 from merge.multimap.joint_icp import joint_icp
 from merge.multimap.pair_selection import in_matching_order, score_all, select
-from merge.multimap.team import Answers, Team
+from merge.multimap.pose_graph import join_clusters, refit_cluster
+from merge.multimap.team import Answers, Solution, Team
 from merge.pair.matching import match
 from merge.records.result import PairResult
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """The clusters of a team, each map in one, and the answer of every pair."""
-
-    clusters: tuple[Cluster, ...]
-    answers: Answers
 
 
 def solve(team: Team, known: Answers) -> Solution:

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
-from merge.multimap.graph import Edge, EdgeTable
+from merge.multimap.graph import Cluster, ClusterAlignment, ConsistencyModel, Edge, EdgeTable, is_connected
 
 Poses = Mapping[int, Similarity2]
 """root_from_map between local frames, by the index of the map."""
@@ -32,6 +32,28 @@ def optimise_poses(poses: Poses, edges: Sequence[Edge], root: int, fixed_scale: 
     start = pack_poses(poses, system.free, system.unknowns)
     found = least_squares(system.residuals, start, system.jacobian, x_scale="jac", tr_solver="lsmr", max_nfev=30)
     return unpack_poses(found.x, poses, system.free, system.unknowns)
+
+
+def join_clusters(first: Cluster, second: Cluster, alignment: ClusterAlignment, model: ConsistencyModel) -> Cluster:
+    """Make one cluster of two, its poses optimised over all their edges."""
+    poses = dict(first.poses)
+    poses.update({index: alignment.first_from_second @ pose for index, pose in second.poses.items()})
+    edges = (*first.edges, *second.edges, *alignment.edges)
+    return Cluster(optimise_poses(poses, edges, min(poses), model.fixed_scale), edges)
+
+
+def refit_cluster(cluster: Cluster, edges: Sequence[Edge], model: ConsistencyModel) -> Cluster:
+    """Optimise a cluster over all edges that agree with its poses, and over no others."""
+    for _ in range(model.settings.clustering.refits):
+        agreeing = model.agreeing(cluster, edges)
+        if not is_connected(cluster, agreeing):
+            return cluster
+        unchanged = len(agreeing) == len(cluster.edges)
+        poses = optimise_poses(cluster.poses, agreeing, cluster.root, model.fixed_scale)
+        cluster = Cluster(poses, agreeing)
+        if unchanged:
+            break
+    return cluster
 
 
 def leave_one_out_residuals(

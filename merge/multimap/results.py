@@ -9,8 +9,7 @@ import numpy as np
 from mapping.geometry.similarity2 import Similarity2
 from merge.fusion import finest, fuse_and_compare
 from merge.multimap.graph import Cluster
-from merge.multimap.pipeline import Solution
-from merge.multimap.team import Team
+from merge.multimap.team import Solution, Team
 from merge.records.result import MergedGroup, MergeResult, PairResult
 
 CALIBRATED = "quilt"

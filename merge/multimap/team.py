@@ -130,6 +130,14 @@ class Team:
         return self.model.agrees(edge, cluster.target_from_source(edge.target, edge.source), edge.covariance)
 
 
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The clusters of a team, each map in one, and the answer of every pair."""
+
+    clusters: tuple[Cluster, ...]
+    answers: Answers
+
+
 def local_frames(maps: MapSet, cache: FeatureCache) -> list[LocalFrame]:
     """Return the local frame of every map."""
     found = []
