@@ -13,9 +13,11 @@ if TYPE_CHECKING:
     from mapping.geometry.se2 import SE2
     from mapping.geometry.similarity2 import Similarity2
     from mapping.grid.frame import GridFrame
+    from mapping.grid.frame_perturbation import FramePerturbationRanges
     from mapping.grid.occupancy_grid import OccupancyGrid
     from mapping.io.map_file import load_map, save_map
     from mapping.map_set import MapSet
+    from mapping.settings import MappingSettings
     from mapquilt.api import merge, simulate
     from mapquilt.dataset.loader import load_dataset
     from mapquilt.runs.sample import Sample, SampleSettings
@@ -24,10 +26,13 @@ if TYPE_CHECKING:
     from merge.records.result import MergeResult, PairResult
     from merge.settings import MergeSettings
     from sim.mission.settings import MissionSettings
+    from sim.sensors.settings import SensingSettings
 
 _HOMES = {
+    "FramePerturbationRanges": "mapping.grid.frame_perturbation",
     "GridFrame": "mapping.grid.frame",
     "MapSet": "mapping.map_set",
+    "MappingSettings": "mapping.settings",
     "MergeResult": "merge.records.result",
     "MergeSettings": "merge.settings",
     "MissionSettings": "sim.mission.settings",
@@ -38,6 +43,7 @@ _HOMES = {
     "Sample": "mapquilt.runs.sample",
     "SampleSettings": "mapquilt.runs.sample",
     "ScaleRange": "mapping.geometry.scale_range",
+    "SensingSettings": "sim.sensors.settings",
     "Similarity2": "mapping.geometry.similarity2",
     "load_dataset": "mapquilt.dataset.loader",
     "load_map": "mapping.io.map_file",
@@ -49,8 +55,10 @@ _HOMES = {
 
 __all__ = [
     "SE2",
+    "FramePerturbationRanges",
     "GridFrame",
     "MapSet",
+    "MappingSettings",
     "MergeResult",
     "MergeSettings",
     "MissionSettings",
@@ -60,6 +68,7 @@ __all__ = [
     "Sample",
     "SampleSettings",
     "ScaleRange",
+    "SensingSettings",
     "Similarity2",
     "load_dataset",
     "load_map",

@@ -87,13 +87,13 @@ def simulate(
     seed: int = 6,
     duration: float = 120.0,
     mission: MissionSettings | None = None,
-    sensing: SampleSettings | None = None,
+    sampling: SampleSettings | None = None,
     out: str | Path | None = None,
 ) -> Sample:
     """Simulate a team of robots in a world, and return their maps with the ground truth.
 
     ``world`` is a family (``office``, ``cave``, ...) or a file, as for ``mapquilt simulate``; ``duration`` is in
-    seconds. ``mission`` replaces ``robots`` and ``duration`` by settings for each robot; ``sensing`` holds noise,
+    seconds. ``mission`` replaces ``robots`` and ``duration`` by settings for each robot; ``sampling`` holds noise,
     mapping and frame perturbation. With ``out`` the run is written to that folder.
 
     Raises ``ValueError`` naming the setting that is out of range, ``ImportError`` if pybullet is missing.
@@ -108,8 +108,8 @@ def simulate(
     for note in notes:
         warnings.warn(note, stacklevel=2)
     mission = mission or MissionSettings(robots, duration)
-    sensing = sensing or SampleSettings(seed=seed)
+    sampling = sampling or SampleSettings(seed=seed)
     if out is not None:
-        return simulate_run(Path(out), place, mission, sensing, seed)
-    simulated, _ = simulate_mission(place, mission, seed, clear_range=sensing.clear_range)
-    return make_sample(simulated, sensing)
+        return simulate_run(Path(out), place, mission, sampling, seed)
+    simulated, _ = simulate_mission(place, mission, seed, clear_range=sampling.mapping.clear_range)
+    return make_sample(simulated, sampling)

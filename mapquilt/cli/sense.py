@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from mapping.settings import MappingSettings
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out, RunFolder
 from mapquilt.cli.options.sensing import (
@@ -25,6 +26,7 @@ from mapquilt.cli.tables import count_of_maps, print_table
 from mapquilt.jobs.progress import count_progress
 from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.stages import run_seed, sense_run
+from sim.sensors.settings import SensingSettings
 
 
 def sense(
@@ -43,10 +45,13 @@ def sense(
     parts: Annotated[int, typer.Option(help="Cut each robot's mission in time into so many parts: a map each.")] = 1,
 ) -> int:
     """Make another run of the same mission, at another noise level, without the simulator."""
-    disguise = disguise_ranges(scale, max_rotation, max_offset)
-    alone = parse_components(components or [])
-    seed = run_seed(run) if seed is None else seed
-    settings = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, parts, alone)
+    settings = SampleSettings(
+        SensingSettings(noise, parse_components(components or [])),
+        MappingSettings(poses, resolution, model, clear_range),
+        disguise_ranges(scale, max_rotation, max_offset),
+        parts,
+        run_seed(run) if seed is None else seed,
+    )
     with count_progress("mapping") as on_mapping:
         mission = sense_run(run, out, settings, on_mapping)
     made = count_of_maps(len(mission.robots) * parts)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from mapping.settings import MappingSettings
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out
 from mapquilt.cli.options.mission import (
@@ -41,6 +42,7 @@ from mapquilt.runs.stages import simulate_run
 from sim.mission.settings import PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive, DriveLimits
+from sim.sensors.settings import SensingSettings
 
 
 def simulate(
@@ -95,9 +97,12 @@ def simulate(
             overlap,
         )
     )
-    disguise = disguise_ranges(scale, max_rotation, max_offset)
-    alone = parse_components(components or [])
-    sample = SampleSettings(noise, poses, disguise, resolution, model, clear_range, seed, components=alone)
+    sample = SampleSettings(
+        SensingSettings(noise, parse_components(components or [])),
+        MappingSettings(poses, resolution, model, clear_range),
+        disguise_ranges(scale, max_rotation, max_offset),
+        seed=seed,
+    )
     with mission_progress(mission.duration) as (on_progress, on_mapping):
         made = simulate_run(out, place, mission, sample, seed, on_progress, paths, on_mapping)
     print_table(

@@ -56,7 +56,7 @@ def make_group(plan: MissionPlan) -> Group:
         failed = Made({}, None, f"mission {plan.name}: {error}")
         return Group(failed, {sample.index: failed for sample in plan.samples})
     settings = [sample.settings for sample in plan.samples]
-    seen = SeenSlices(mission, {one.parts for one in settings}, settings[0].clear_range)
+    seen = SeenSlices(mission, {one.parts for one in settings}, settings[0].mapping.clear_range)
     places: dict[int, TrueFootprints] = {}
     samples = {sample.index: _make_sample(plan, sample, mission, seen, places) for sample in plan.samples}
     return Group(_made_mission(plan, mission), samples)
@@ -117,9 +117,17 @@ def _make_sample(
 
 
 def _settings_record(sample: SamplePlan) -> dict[str, Any]:
-    record = dataclasses.asdict(sample.settings)
-    del record["seed"]
-    return record
+    settings = sample.settings
+    return {
+        "noise": settings.sensing.noise,
+        "poses": settings.mapping.poses,
+        "disguise": dataclasses.asdict(settings.perturbation),
+        "resolution": settings.mapping.resolution,
+        "model": settings.mapping.sensor_model,
+        "clear_range": settings.mapping.clear_range,
+        "parts": settings.parts,
+        "components": settings.sensing.components,
+    }
 
 
 def _map_records(made: Sample, truth: dict[str, Any]) -> list[dict[str, Any]]:

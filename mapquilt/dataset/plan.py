@@ -9,9 +9,11 @@ import numpy as np
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.seeds import Role, derived_seed, stream
+from mapping.settings import MappingSettings
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
 from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.true_footprints import map_names
+from sim.sensors.settings import SensingSettings
 
 
 @dataclass(frozen=True)
@@ -91,12 +93,10 @@ def _combinations(samples: SamplesSpec, seed: int) -> list[tuple[object, ...]]:
 def _settings(combination: tuple[object, ...], seed: int, index: int) -> SampleSettings:
     noise, poses, scale, parts, resolution, model = combination
     return SampleSettings(
-        noise=noise,  # type: ignore[arg-type]
-        poses=poses,  # type: ignore[arg-type]
-        disguise=FramePerturbationRanges(*scale),  # type: ignore[misc]
+        sensing=SensingSettings(noise),  # type: ignore[arg-type]
+        mapping=MappingSettings(poses, resolution, model),  # type: ignore[arg-type]
+        perturbation=FramePerturbationRanges(*scale),  # type: ignore[misc]
         parts=parts,  # type: ignore[arg-type]
-        resolution=resolution,  # type: ignore[arg-type]
-        model=model,  # type: ignore[arg-type]
         seed=derived_seed(seed, Role.DATASET_SAMPLE, index),
     )
 

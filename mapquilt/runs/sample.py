@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame_perturbation import FramePerturbationRanges, draw_frame_perturbations, perturb_frame
@@ -21,52 +20,33 @@ from mapping.ground_truth.truth import (
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapping.seeds import check_seed
+from mapping.settings import MappingSettings
 from mapping.slam.front_end import odometry_front_end
 from mapquilt.runs.seen_slices import SeenSlices
 from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, check_parts, true_places
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from sim.mission.mission import Mission
-from sim.sensors.lidar_presets import lidar_preset
-from sim.sensors.noise import Noise, Sensed, sense
-
-Poses = Literal["odometry", "truth"]
+from sim.sensors.noise import Sensed, sense
+from sim.sensors.settings import SensingSettings
 
 
 @dataclass(frozen=True)
 class SampleSettings:
-    """How maps are made of a mission: noise level, the poses that robots map with, what the disguise is drawn from,
-    resolution [m/cell], inverse sensor model, how far beams without a return clear [m], the seed of noise and
-    disguise, into how many parts each robot's mission is cut in time: a map each, and single ``components`` of the
-    noise by name, which hold whatever the level.
+    """Choose how a mission becomes maps: sensing, mapping, the ranges that frame perturbations are drawn from, the
+    number of ``parts`` that each robot's mission is cut into (one map each), and the ``seed`` of noise and frames.
 
     Raises ``ValueError`` naming the field and the value.
     """
 
-    noise: float = 1.0
-    poses: Poses = "odometry"
-    disguise: FramePerturbationRanges = field(default_factory=FramePerturbationRanges)
-    resolution: float = 0.05
-    model: str = "octomap"
-    clear_range: float = 0.0
-    seed: int = 7
+    sensing: SensingSettings = field(default_factory=SensingSettings)
+    mapping: MappingSettings = field(default_factory=MappingSettings)
+    perturbation: FramePerturbationRanges = field(default_factory=FramePerturbationRanges)
     parts: int = 1
-    components: tuple[tuple[str, float], ...] = ()
+    seed: int = 7
 
     def __post_init__(self) -> None:
-        self.noise_of("default")
-        sensor_model(self.model)
-        if self.poses not in ("odometry", "truth"):
-            raise ValueError(f"poses is {self.poses!r}, must be odometry or truth")
-        if not 0.005 <= self.resolution <= 10.0:
-            raise ValueError(f"resolution is {self.resolution}, must lie between 0.005 and 10 m")
-        if not 0.0 <= self.clear_range <= 1000.0:
-            raise ValueError(f"clear_range is {self.clear_range}, must lie between 0 and 1000 m")
         check_parts(self.parts)
         check_seed(self.seed)
-
-    def noise_of(self, lidar: str) -> Noise:
-        """The noise of a robot that carries the lidar of that name."""
-        return Noise.level(self.noise, lidar_preset(lidar).noise).with_fields(self.components)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +86,13 @@ def make_sample(
     each of ``sample_steps``. Raises ``ValueError`` where a robot saw nothing to map.
     """
     if places is None:
-        seen = SeenSlices(mission, (settings.parts,), settings.clear_range)
+        seen = SeenSlices(mission, (settings.parts,), settings.mapping.clear_range)
         places = true_places(mission, settings.parts, seen, on_step)
     sensed = [
-        sense(truth, settings.noise_of(lidar), settings.seed, index)
+        sense(truth, settings.sensing.noise_of(lidar), settings.seed, index)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
     ]
-    disguises = draw_frame_perturbations(settings.seed, len(places.maps), settings.disguise)
+    disguises = draw_frame_perturbations(settings.seed, len(places.maps), settings.perturbation)
     made = []
     for place, start_from_map in zip(places.maps, disguises, strict=True):
         made.append(_make_map(sensed[place.robot], place, settings, start_from_map))
@@ -123,7 +103,7 @@ def make_sample(
             names=names,
             grids=tuple(one.grid for one in made),
             units=tuple("m" for _ in made),
-            resolutions_trusted=settings.disguise.honest,
+            resolutions_trusted=settings.perturbation.honest,
             provenance={"source": "simulation", "world": mission.world.name},
         ),
         logs=tuple(one.log for one in made),
@@ -139,9 +119,10 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
 
 def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
     log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
-    believed = odometry_front_end(log) if settings.poses == "odometry" else truth.trajectory.from_start()
-    drawn = map_log(log, believed, settings.resolution, sensor_model(settings.model), settings.clear_range)
-    seen = beam_endpoints(log, truth, believed, sensed.replaced[place.start : place.stop])
+    mapping = settings.mapping
+    poses = odometry_front_end(log) if mapping.poses == "odometry" else truth.trajectory.from_start()
+    drawn = map_log(log, poses, mapping.resolution, sensor_model(mapping.sensor_model), mapping.clear_range)
+    seen = beam_endpoints(log, truth, poses, sensed.replaced[place.start : place.stop])
     return _MapSample(
         log=log,
         grid=perturb_frame(drawn, start_from_map),

@@ -46,7 +46,7 @@ def simulate_run(
 ) -> Sample:
     """Drive the robots, sense, map, disguise, and write the whole run."""
     run_folder.refuse_foreign(out)
-    mission, times = simulate(world, mission_settings, seed, on_progress, replay, sample_settings.clear_range)
+    mission, times = simulate(world, mission_settings, seed, on_progress, replay, sample_settings.mapping.clear_range)
     return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)}, on_mapping)
 
 
@@ -73,7 +73,7 @@ def write_run(
     with run_folder.new_run(out) as folder:
         save_mission(mission, folder / run_folder.MISSION_FOLDER)
         fill_run(folder, mission, settings, sample)
-        write_coverage(folder, coverage(mission, settings.clear_range))
+        write_coverage(folder, coverage(mission, settings.mapping.clear_range))
         step()
         for stage, seconds in timings.items():
             run_folder.add_timings(folder, stage, seconds)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
+from mapping.settings import MappingSettings, Poses
 from mapquilt.cli.options.merge import searched_scales
 from mapquilt.cli.options.sensing import chosen_lidar, disguise_ranges
-from mapquilt.runs.sample import Poses, SampleSettings
+from mapquilt.runs.sample import SampleSettings
 from merge.settings import MergeSettings
 from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings
 from sim.mission.robot import RobotSettings
@@ -14,6 +15,7 @@ from sim.mission.settings import MissionSettings, PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive
 from sim.sensors.lidar_presets import lidar_preset
+from sim.sensors.settings import SensingSettings
 
 DERIVED = ("robots", "duration", "beams", "overlap")
 """Settings of a mission whose levels are cut out of one mission: so many robots, so long, every so many-th beam."""
@@ -70,17 +72,12 @@ class ExperimentConfig:
         )
 
     def sample(self, seed: int) -> SampleSettings:
-        disguise = disguise_ranges(self.scale, self.max_rotation, self.max_offset)
         return SampleSettings(
-            self.noise,
-            self.poses,
-            disguise,
-            self.resolution,
-            self.model,
-            self.clear_range,
-            seed,
+            SensingSettings(self.noise, self.components),
+            MappingSettings(self.poses, self.resolution, self.model, self.clear_range),
+            disguise_ranges(self.scale, self.max_rotation, self.max_offset),
             self.parts,
-            self.components,
+            seed,
         )
 
     def merge(self, method: str, as_published: bool) -> MergeSettings:

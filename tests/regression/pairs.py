@@ -17,14 +17,15 @@ from mapquilt.runs.true_footprints import true_places
 from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
 from sim.mission.starts import Starts
+from sim.sensors.settings import SensingSettings
 from worlds.families.registry import FAMILIES, make_world
 
 SEED = 20_090
 ROBOTS, DURATION = 3, 60.0
 SAMPLES = (
-    ("noise-0.5", SampleSettings(noise=0.5, disguise=HONEST, seed=SEED)),
-    ("noise-1", SampleSettings(noise=1.0, disguise=FramePerturbationRanges(), seed=SEED + 1)),
-    ("noise-2", SampleSettings(noise=2.0, disguise=FramePerturbationRanges(), seed=SEED + 2)),
+    ("noise-0.5", SampleSettings(SensingSettings(0.5), perturbation=HONEST, seed=SEED)),
+    ("noise-1", SampleSettings(SensingSettings(1.0), perturbation=FramePerturbationRanges(), seed=SEED + 1)),
+    ("noise-2", SampleSettings(SensingSettings(2.0), perturbation=FramePerturbationRanges(), seed=SEED + 2)),
 )
 WIDE = 40.0
 """Where a family is wider [m], robots begin close together, or a short mission would leave them nothing in common."""

@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
+from mapping.settings import Poses
 from mapquilt.numbers import parse_number, parse_range
-from mapquilt.runs.sample import Poses
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.noise import Noise

@@ -239,7 +239,7 @@ def test_ready_specifications_are_balanced_and_commented(name):
     spec = load_spec(name)
     assert ready_spec(name).startswith("#")
     plan = plan_dataset(spec)
-    levels = [sample.settings.noise for mission in plan.missions for sample in mission.samples]
+    levels = [sample.settings.sensing.noise for mission in plan.missions for sample in mission.samples]
     counts = [levels.count(level) for level in spec.samples.noise]
     assert max(counts) - min(counts) <= 0.1 * max(counts) + 1
     splits = [mission.split for mission in plan.missions]

@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mapping.settings import MappingSettings
 from mapquilt.runs.sample import SampleSettings, make_sample
 from mapquilt.runs.true_footprints import true_places
 from sim.mission.file import load_mission
+from sim.sensors.settings import SensingSettings
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +27,8 @@ def places(mission):
 
 def test_true_poses_are_told_from_the_start_as_odometry_is(mission, places):
     by_truth, by_odometry = (
-        make_sample(mission, SampleSettings(noise=0.0, poses=poses), places) for poses in ("truth", "odometry")
+        make_sample(mission, SampleSettings(SensingSettings(0.0), MappingSettings(poses)), places)
+        for poses in ("truth", "odometry")
     )
     for one, other in zip(by_truth.maps.grids, by_odometry.maps.grids, strict=True):
         assert one.frame == other.frame

@@ -45,19 +45,19 @@ def test_each_setting_changes_the_setup_and_nothing_else(name):
 
 
 def test_the_level_of_the_odometry_scales_all_its_components_and_no_other():
-    noise = variable("odometry.level").applied(ExperimentConfig(), "3").sample(1).noise_of("default")
+    noise = variable("odometry.level").applied(ExperimentConfig(), "3").sample(1).sensing.noise_of("default")
     assert noise.odometry == OdometryNoise().scaled(3.0)
-    assert noise.lidar == ExperimentConfig().sample(1).noise_of("default").lidar
+    assert noise.lidar == ExperimentConfig().sample(1).sensing.noise_of("default").lidar
 
 
 def test_a_component_is_set_whatever_the_level():
     setup = variable("lidar.range_sigma").applied(variable("noise").applied(ExperimentConfig(), "3"), "0.05")
-    assert setup.sample(1).noise_of("default").lidar.range_sigma == 0.05
-    assert setup.sample(1).noise_of("default").odometry.alpha1 == pytest.approx(3 * OdometryNoise().alpha1)
+    assert setup.sample(1).sensing.noise_of("default").lidar.range_sigma == 0.05
+    assert setup.sample(1).sensing.noise_of("default").odometry.alpha1 == pytest.approx(3 * OdometryNoise().alpha1)
 
 
 def test_rotations_are_told_in_degrees():
-    assert variable("max_rotation").applied(ExperimentConfig(), "90").sample(1).disguise.max_yaw == pytest.approx(
+    assert variable("max_rotation").applied(ExperimentConfig(), "90").sample(1).perturbation.max_yaw == pytest.approx(
         math.pi / 2
     )
 
