@@ -1,4 +1,4 @@
-"""What a map is, and how scans become one: the nouns that every room speaks."""
+"""Maps and how scans become maps: the types that all other packages use."""
 
 from mapping.compile_cache import ensure_compile_cache
 

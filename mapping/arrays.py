@@ -1,4 +1,4 @@
-"""Read-only arrays inside frozen values."""
+"""Read-only arrays for frozen dataclasses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def frozen_array(values: ArrayLike, dtype: Any) -> NDArray[Any]:
-    """A read-only copy of ``values``; an array that is read-only already and of that type is kept as it is."""
+    """Return a read-only copy of ``values``, or the array itself if it is read-only and of that type already."""
     if isinstance(values, np.ndarray) and values.dtype == np.dtype(dtype) and not values.flags.writeable:
         return values
     copy = np.array(values, dtype=dtype)
@@ -18,6 +18,6 @@ def frozen_array(values: ArrayLike, dtype: Any) -> NDArray[Any]:
 
 
 def sealed(array: NDArray[Any]) -> NDArray[Any]:
-    """The array itself, made read-only: for one that was just made and that nobody else holds."""
+    """Make an array read-only and return it; for a new array that nothing else refers to."""
     array.flags.writeable = False
     return array

@@ -1,4 +1,4 @@
-"""Where numba keeps what it compiled."""
+"""The folder in which numba caches compiled functions."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numba
 
 
 def ensure_compile_cache() -> None:
-    """Let numba compile where it may keep nothing: an installation, a home and a NUMBA_CACHE_DIR that are read-only.
+    """Give numba a temporary cache folder if it can write to none of its usual ones.
 
-    It refuses to define a function whose code it is to keep and cannot. Then it is given a folder that goes away with
-    the process. Raises ``FileNotFoundError`` where not even a temporary folder can be made.
+    Otherwise numba refuses to define a cached function. The folder is deleted at the end of the process.
+    Raises ``FileNotFoundError`` if not even a temporary folder can be made.
     """
     try:
         numba.njit(cache=True)(_probe)
@@ -24,4 +24,4 @@ def ensure_compile_cache() -> None:
 
 
 def _probe() -> None:
-    """What is never called, and so never compiled."""
+    """Stand for any cached function; it is never called, so never compiled."""

@@ -1,4 +1,4 @@
-"""The one place where a seed becomes random numbers."""
+"""Independent streams of random numbers from one seed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Role(IntEnum):
-    """What a stream of random numbers is for. The numbers are part of every data set: never reuse or reorder them."""
+    """The purpose of a stream of random numbers. Data sets depend on the values: never reuse or reorder them."""
 
     WORLD = 0
     STARTS = 1
@@ -33,22 +33,22 @@ class Role(IntEnum):
 
 
 def check_seed(seed: int) -> None:
-    """Raise ``ValueError`` where a seed is negative, or has more bits than numpy mixes."""
+    """Raise ``ValueError`` if a seed is negative or has more than 128 bits, which numpy does not mix."""
     if not 0 <= seed < 2**128:
-        raise ValueError(f"seed is {seed}, must not be negative or have more than 128 bits")
+        raise ValueError(f"seed is {seed}, must be at least 0 and below 2^128")
 
 
 def stream(seed: int, role: Role, index: int = 0) -> np.random.Generator:
-    """Random numbers for one role of one robot (or world, or pair): independent of every other role and index.
+    """Return the random numbers of one role of one robot, world or pair, independent of all other roles and indices.
 
-    Raises ``ValueError`` as ``check_seed`` does, and where the index is negative.
+    Raises ``ValueError`` as ``check_seed`` does, and if the index is negative.
     """
     check_seed(seed)
     if index < 0:
-        raise ValueError(f"index is {index}, must not be negative")
+        raise ValueError(f"index is {index}, must be at least 0")
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index, int(role))))
 
 
 def derived_seed(seed: int, role: Role, index: int = 0) -> int:
-    """A seed of its own for a part of something larger, below 2^31. Raises ``ValueError`` as ``stream`` does."""
+    """Derive an independent seed below 2^31 for one part. Raises ``ValueError`` as ``stream`` does."""
     return int(stream(seed, role, index).integers(2**31))

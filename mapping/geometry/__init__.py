@@ -1,1 +1,1 @@
-"""Rigid motions and similarities of the plane, one at a time or in arrays, and their least-squares fit."""
+"""Rigid motions and similarities of the plane, single and in batches, and their least-squares fit."""

@@ -1,4 +1,4 @@
-"""How large an answer's scale may be."""
+"""Bounds of the scale of an answer."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ScaleRange:
-    """The scales that an answer may have, ``low`` to ``high``; equal where the scale is known.
+    """The scales that an answer may have, ``low`` to ``high``; equal if the scale is known.
 
-    Bounds are stated metres of the target per stated metre of the source, or pixels per pixel where either map is a
-    bare picture.
+    Bounds are stated metres of the target per stated metre of the source, or pixels per pixel if either map is a bare
+    picture.
 
-    Raises ``ValueError`` where a bound is not positive and finite, or ``low`` lies above ``high``.
+    Raises ``ValueError`` if a bound is not positive and finite, or ``low`` is above ``high``.
     """
 
     low: float = 1.0
@@ -26,7 +26,7 @@ class ScaleRange:
                 raise ValueError(f"ScaleRange: {name} is {value}, must be positive and finite")
             object.__setattr__(self, name, value)
         if self.low > self.high:
-            raise ValueError(f"ScaleRange: low {self.low} lies above high {self.high}")
+            raise ValueError(f"ScaleRange: low is {self.low}, must be at most high, {self.high}")
 
     @staticmethod
     def known() -> ScaleRange:
@@ -38,7 +38,7 @@ class ScaleRange:
 
     @staticmethod
     def parse(text: str) -> ScaleRange:
-        """The range that ``known``, ``free`` or ``LO:HI`` names. Raises ``ValueError`` naming the text."""
+        """Parse ``known``, ``free`` or ``LO:HI``. Raises ``ValueError`` naming the text."""
         if text in ("known", "free"):
             return ScaleRange.known() if text == "known" else ScaleRange.free()
         low, _, high = text.partition(":")
@@ -57,17 +57,17 @@ class ScaleRange:
 
     @property
     def middle(self) -> float:
-        """The geometric mean: the scale that the maps state, where the range holds as much below as above it."""
+        """The geometric mean, which is the stated scale if the range extends equally below and above it."""
         return math.sqrt(self.low * self.high)
 
     def times(self, factor: float) -> ScaleRange:
-        """The same range in other units."""
+        """Convert the range to other units."""
         return ScaleRange(self.low * factor, self.high * factor)
 
     def inverse(self) -> ScaleRange:
-        """The range of the inverse transforms."""
+        """Return the range of the inverse transforms."""
         return ScaleRange(1.0 / self.high, 1.0 / self.low)
 
     def clip(self, scale: float) -> float:
-        """The nearest scale within the range."""
+        """Return the nearest scale within the range."""
         return min(max(scale, self.low), self.high)

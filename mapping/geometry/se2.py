@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def wrap_angle(angle: float) -> float:
-    """The same angle [rad] in [-pi, pi]."""
+    """Wrap an angle [rad] to [-pi, pi]."""
     return math.remainder(angle, math.tau)
 
 
@@ -32,9 +32,8 @@ def mean_rotation(rate: complex) -> complex:
 class SE2:
     """A pose or rigid motion: ``p' = R(yaw) p + (x, y)``.
 
-    ``x`` and ``y`` in metres, ``yaw`` in radians, counter-clockwise (REP 103), kept in [-pi, pi].
-    Name an instance by both frames, so that products read like dominoes:
-    ``world_from_lidar = world_from_base @ base_from_lidar``.
+    ``x`` and ``y`` in metres, ``yaw`` in radians, counter-clockwise (REP 103), in [-pi, pi]. Name an instance by both
+    frames: ``world_from_lidar = world_from_base @ base_from_lidar``.
 
     Raises ``ValueError`` where a number is not finite.
     """

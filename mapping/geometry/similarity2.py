@@ -98,13 +98,13 @@ class Similarity2:
 
     @staticmethod
     def from_matrix(matrix: ArrayLike) -> Similarity2:
-        """The similarity nearest to a (2, 3) matrix ``[[a, -b, x], [b, a, y]]``."""
+        """Return the similarity nearest to a (2, 3) matrix ``[[a, -b, x], [b, a, y]]``."""
         m = np.asarray(matrix, dtype=np.float64)
         a, b = (m[0, 0] + m[1, 1]) / 2.0, (m[1, 0] - m[0, 1]) / 2.0
         return Similarity2(float(m[0, 2]), float(m[1, 2]), math.atan2(b, a), math.hypot(a, b))
 
     def matrix(self) -> NDArray[np.float64]:
-        """The (2, 3) matrix that maps a column (x, y, 1)."""
+        """Return the (2, 3) matrix that maps a column (x, y, 1)."""
         c, s = self.scale * math.cos(self.yaw), self.scale * math.sin(self.yaw)
         return np.array([[c, -s, self.x], [s, c, self.y]])
 

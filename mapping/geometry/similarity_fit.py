@@ -1,4 +1,4 @@
-"""The similarity that fits point pairs best."""
+"""Least-squares fit of a similarity to point pairs."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mapping.geometry.similarity2 import Similarity2
 
 
 def fit_similarity(target: NDArray[np.float64], source: NDArray[np.float64], scale: ScaleRange) -> Similarity2 | None:
-    """The ``target_from_source`` of least squared error between points (N, 2) and (N, 2), its scale within bounds.
+    """Fit ``target_from_source`` to points (N, 2) and (N, 2) by least squares, its scale within bounds.
 
-    Source: Umeyama 1991, equations 40 to 42, written with complex numbers: in the plane the rotation U S V^T and tr(D
-    S) are angle and length of one complex covariance. The rotation does not depend on the scale, and the error is a
-    parabola in it, so that the bounded optimum is the nearest bound. None where the source points coincide, or the
-    covariance vanishes and every rotation fits alike.
+    Source: Umeyama 1991, equations 40 to 42, written with complex numbers: in the plane the rotation U S V^T and
+    tr(D S) are angle and length of one complex covariance. The rotation does not depend on the scale, and the error is
+    a parabola in it, so the bounded optimum is the nearest bound. Returns None if the source points coincide, or if the
+    covariance vanishes and every rotation fits equally.
     """
     if len(source) < 2:
         return None

@@ -1,4 +1,4 @@
-"""A grid re-expressed in a frame of its own: turned, shifted, and with cells of another true size than stated."""
+"""Grids re-expressed in frames of their own: rotated, shifted, and with cells of another true size than stated."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from mapping.grid.resampling import resampled
 from mapping.seeds import Role, stream
 
 LARGEST_SCALE = 10.0
-"""Beyond a decimal place it is no resolution that is stated wrong, but a unit."""
+"""A stated resolution that is wrong by more than this factor is a wrong unit."""
 
 LARGEST_OFFSET = 1e7
-"""No origin lies farther off, not even one in the metres of a national grid [m]."""
+"""The largest offset of an origin [m], as in the metres of a national grid."""
 
 
 @dataclass(frozen=True)
 class FramePerturbationRanges:
-    """What disguises are drawn from: rotation and offset uniform, the logarithm of the scale the sum of two uniform
-    numbers, one of the team and one of the map, so that scales in the middle are likelier than those at the ends.
+    """Ranges from which the frame perturbation ("disguise") of each map is drawn.
 
-    ``scale_low`` and ``scale_high`` are true metres per stated metre; ``max_yaw`` [rad] bounds the rotation either
-    way, ``max_offset`` the shift of either coordinate [stated metres].
+    Rotation and offset are uniform. The logarithm of the scale is the sum of two uniform numbers, one of the team and
+    one of the map, so scales in the middle are likelier than those at the ends. ``scale_low`` and ``scale_high`` are
+    true metres per stated metre; ``max_yaw`` [rad] bounds the rotation either way, ``max_offset`` the shift of either
+    coordinate [stated metres].
 
     Raises ``ValueError`` naming the field and the value.
     """
@@ -41,33 +42,32 @@ class FramePerturbationRanges:
         if not 1.0 / LARGEST_SCALE <= self.scale_low <= self.scale_high <= LARGEST_SCALE:
             scale = f"{self.scale_low:g}:{self.scale_high:g}"
             bounds = f"{1.0 / LARGEST_SCALE:g} <= LO <= HI <= {LARGEST_SCALE:g}"
-            raise ValueError(f"DisguiseRanges: scale is {scale}, must be LO:HI with {bounds}")
+            raise ValueError(f"frame perturbation: scale is {scale}, must be LO:HI with {bounds}")
         if not 0.0 <= self.max_yaw <= math.pi:
-            raise ValueError(f"DisguiseRanges: max_yaw is {self.max_yaw}, must lie between 0 and pi")
+            raise ValueError(f"frame perturbation: max_yaw is {self.max_yaw}, must lie between 0 and pi")
         if not 0.0 <= self.max_offset <= LARGEST_OFFSET:
             raise ValueError(
-                f"DisguiseRanges: max_offset is {self.max_offset}, must lie between 0 and {LARGEST_OFFSET:g} m"
+                f"frame perturbation: max_offset is {self.max_offset}, must lie between 0 and {LARGEST_OFFSET:g} m"
             )
 
     @property
     def honest(self) -> bool:
-        """Whether every map will state its true resolution."""
+        """True if every map states its true resolution."""
         return self.scale_low == self.scale_high == 1.0
 
 
 HONEST = FramePerturbationRanges(scale_low=1.0, scale_high=1.0)
-"""Turned and shifted, but the stated resolution is the true one."""
+"""Rotated and shifted, but with the true resolution stated."""
 
 
 def draw_frame_perturbations(seed: int, maps: int, ranges: FramePerturbationRanges) -> tuple[Similarity2, ...]:
-    """``start_from_map`` of each map of a team: from metres as the disguised map will state them to metres of the
-    robot's start frame.
+    """Draw ``start_from_map`` of each map of a team, from metres as the map states them to the robot's start frame.
 
-    In logarithms, the team shares a scale, uniform in the middle half of the range, and each map adds one of its own,
-    uniform in half the range's width around 0. A map's scale is thus the sum of two uniform draws, not log-uniform
-    itself; the ratio of two maps' scales, in which the team's drops out, stays within sqrt(low / high) and
-    sqrt(high / low): 0.5 to 2 for the default. Each map has a stream of its own and four draws whatever the ranges, so
-    that narrowing one leaves the others as they are.
+    In logarithms, the team shares a scale, uniform in the middle half of the range, and each map adds its own, uniform
+    in half the range's width around 0. So a map's scale is the sum of two uniform draws and not log-uniform itself.
+    The ratio of two maps' scales is independent of the team's and stays within sqrt(low / high) and sqrt(high / low):
+    0.5 to 2 by default. Each map has its own stream and four draws whatever the ranges, so narrowing one range leaves
+    the other draws unchanged.
     """
     centre = math.log(ranges.scale_low * ranges.scale_high) / 2.0
     width = math.log(ranges.scale_high / ranges.scale_low)
@@ -84,22 +84,23 @@ def _draw(rng: np.random.Generator, team: float, width: float, ranges: FramePert
 
 
 def perturb_frame(grid: OccupancyGrid, start_from_map: Similarity2) -> OccupancyGrid:
-    """The grid as a map with origin yaw 0 in the frame on the right of ``start_from_map``, at the stated resolution.
+    """Re-express a grid in the frame on the right of ``start_from_map``, with origin yaw 0 and the stated resolution.
 
-    Cells keep the resolution that they state; their true size is ``start_from_map.scale`` times it. What becomes of
-    their log-odds is told at ``resampled``.
+    The true size of a new cell is ``start_from_map.scale`` times the resolution. ``resampled`` gives its log-odds.
 
-    Raises ``ValueError`` where the grid knows no cell, or more cells would come of it than a picture may have.
+    Raises ``ValueError`` if the grid has no known cell, or the result has more cells than a picture may have.
     """
     if not grid.known.any():
-        raise ValueError("disguise: the grid knows no cell")
+        raise ValueError("frame perturbation: the grid has no known cell")
     frame = _bounding_frame(grid.frame, start_from_map)
     rows, cols = frame.shape
     if rows * cols > MAX_PICTURE_CELLS:
-        raise ValueError(f"disguise: a map of {rows} x {cols} cells could not be read again, coarser cells are needed")
+        raise ValueError(
+            f"frame perturbation: a map of {rows} x {cols} cells is too large to be read again, use coarser cells"
+        )
     disguised = OccupancyGrid(frame, resampled(grid, start_from_map.inverse(), frame))
     if not disguised.known.any():
-        raise ValueError("disguise: no known cell is left at this scale")
+        raise ValueError("frame perturbation: no known cell is left at this scale")
     return disguised.cropped()
 
 

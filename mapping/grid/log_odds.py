@@ -1,4 +1,4 @@
-"""Scans at poses become an occupancy grid."""
+"""Occupancy grid mapping with known poses."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 
 COUNTING_LIMIT = 7.0
-"""Log-odds that stand for a share of hits of 0 or 1, where the logarithm has no end."""
+"""Log-odds of a cell with only hits or only misses, whose logarithm is infinite."""
 
 GROWTH_CELLS = 64
-"""Least number of cells by which the array grows, so that it does not grow at every scan."""
+"""The array grows by at least this number of cells, so that it does not grow at every scan."""
 
 MAX_CELLS = 400_000_000
-"""A map of more cells (1 km x 1 km at 5 cm) is a wrong pose or unit, not a place."""
+"""A map of more cells (1 km x 1 km at 5 cm) has a wrong pose or unit."""
 
 
 class LogOddsMapper:
-    """Builds a grid scan by scan; the grid grows as the robot goes.
+    """Build a grid scan by scan; the grid grows as the robot moves.
 
-    Within a scan each cell counts once, and a hit wins over a miss. Beams without a return (+inf) clear up to
-    ``clear_range`` [m], never beyond the lidar's range; 0 clears nothing, which is the default, because a lost echo
-    looks the same as open space and would draw free rays through walls.
+    Within a scan each cell counts once, and a hit wins over a miss. Beams without a return (+inf) clear the cells up to
+    ``clear_range`` [m], never beyond the lidar's range. The default of 0 clears nothing: a lost echo looks like open
+    space and would draw free rays through walls.
 
     Cells are aligned with the map frame's axes: cell borders lie at whole multiples of ``resolution`` [m].
     """
@@ -40,7 +40,7 @@ class LogOddsMapper:
         if not (math.isfinite(resolution) and resolution > 0.0):
             raise ValueError(f"LogOddsMapper: resolution is {resolution}, must be positive and finite")
         if not clear_range >= 0.0:
-            raise ValueError(f"LogOddsMapper: clear_range is {clear_range}, must not be negative")
+            raise ValueError(f"LogOddsMapper: clear_range is {clear_range}, must be at least 0")
         self.resolution = resolution
         self.model = model
         self.clear_range = clear_range
@@ -57,9 +57,9 @@ class LogOddsMapper:
     def integrate(self, scan: LidarScan, map_from_lidar: SE2) -> None:
         """Add one scan taken at a pose.
 
-        Raises ``ValueError`` where the map would outgrow any real place.
+        Raises ``ValueError`` if the map would get more than 400 million cells.
         """
-        ends, says = beam_ends(
+        ends, kinds = beam_ends(
             scan.ranges,
             scan.angle_min,
             scan.angle_increment,
@@ -69,7 +69,7 @@ class LogOddsMapper:
             min(self.clear_range, scan.range_max),
             self.resolution,
         )
-        if (says == SKIP).all():
+        if (kinds == SKIP).all():
             return
         start = np.array([map_from_lidar.x, map_from_lidar.y]) / self.resolution
         self._grow(np.minimum(ends.min(axis=0), start), np.maximum(ends.max(axis=0), start))
@@ -85,7 +85,7 @@ class LogOddsMapper:
             start[0] - col,
             start[1] - row,
             ends,
-            says,
+            kinds,
             hit,
             miss,
             low,
@@ -115,7 +115,9 @@ class LogOddsMapper:
         new_last = np.where(high > last, high + margin, last)
         rows, cols = (int(n) for n in new_last - new_first)
         if rows * cols > MAX_CELLS:
-            raise ValueError(f"LogOddsMapper: a map of {rows} x {cols} cells at {self.resolution} m is past any place")
+            raise ValueError(
+                f"LogOddsMapper: {rows} x {cols} cells of {self.resolution} m, must have at most {MAX_CELLS}"
+            )
         old = (self._total, self._visits, self._last_scan)
         old_first, self._first_cell = self._first_cell, new_first
         self._allocate((rows, cols))
@@ -133,14 +135,14 @@ class LogOddsMapper:
             self._visits[window] = old[1]
 
     def grid(self) -> OccupancyGrid:
-        """The grid so far, cut to the cells that were seen.
+        """Return the grid so far, cropped to the observed cells.
 
-        Raises ``ValueError`` where no beam said anything.
+        Raises ``ValueError`` if no beam measured anything.
         """
         seen = self._last_scan > 0
         rows, cols = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
         if rows.size == 0:
-            raise ValueError("LogOddsMapper: no beam of any scan said anything, so there is no map")
+            raise ValueError("LogOddsMapper: no beam of any scan measured anything, so there is no map")
         window = np.s_[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
         first = self._first_cell + np.array((rows[0], cols[0]))
         log_odds = self._log_odds(window)
@@ -171,9 +173,9 @@ def map_log(
     model: SensorModel = OCTOMAP,
     clear_range: float = 0.0,
 ) -> OccupancyGrid:
-    """The grid that a robot's scans draw at the poses it believes (one a scan).
+    """Map a robot's scans at the given poses, one for each scan.
 
-    Raises ``ValueError`` where poses and scans do not match, or no beam said anything.
+    Raises ``ValueError`` if the numbers of poses and scans differ, or no beam measured anything.
     """
     if len(map_from_base) != len(log.scans):
         raise ValueError(f"map_log: {len(log.scans)} scans, but {len(map_from_base)} poses")

@@ -15,17 +15,17 @@ OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """The values of nav_msgs/OccupancyGrid in a trinary map."""
 
 TRINARY_LOG_ODDS = math.log(0.9 / 0.1)
-"""What a cell of a trinary file counts for: occupied with probability 0.9, or 0.1 where free."""
+"""Log-odds of a cell of a trinary file: occupied with probability 0.9, or 0.1 if free."""
 
 SMALLEST_MISS = np.float32(-1e-6)
-"""What a seen cell holds whose evidence cancels: still free, and no longer unknown."""
+"""Log-odds of an observed cell whose evidence cancels: free, and not unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:
     """Log-odds of occupancy, ``log_odds`` (rows, cols) float32, row 0 lowest: > 0 occupied, < 0 free, 0 unknown.
 
-    Raises ``ValueError`` where the array does not have the frame's shape or holds a number that is not finite.
+    Raises ``ValueError`` if the array does not have the frame's shape or has a number that is not finite.
     """
 
     frame: GridFrame
@@ -35,14 +35,14 @@ class OccupancyGrid:
         object.__setattr__(self, "log_odds", frozen_array(self.log_odds, np.float32))
         if self.log_odds.shape != self.frame.shape:
             raise ValueError(
-                f"OccupancyGrid: log_odds {self.log_odds.shape}, but the frame has {self.frame.shape} cells"
+                f"OccupancyGrid: log_odds has shape {self.log_odds.shape}, must have the frame's, {self.frame.shape}"
             )
         if not np.isfinite(self.log_odds).all():
-            raise ValueError("OccupancyGrid: log_odds holds a number that is not finite")
+            raise ValueError("OccupancyGrid: log_odds has a number that is not finite")
 
     @staticmethod
     def from_occupancy(frame: GridFrame, occupancy: ArrayLike) -> OccupancyGrid:
-        """A grid from trinary values (rows, cols): 100 occupied, 0 free, -1 unknown."""
+        """Make a grid of trinary values (rows, cols): 100 occupied, 0 free, -1 unknown."""
         values = np.asarray(occupancy)
         signs = (values == OCCUPIED).astype(np.float32) - (values == FREE).astype(np.float32)
         return OccupancyGrid(frame, np.float32(TRINARY_LOG_ODDS) * signs)
@@ -61,7 +61,7 @@ class OccupancyGrid:
 
     @property
     def known_diagonal(self) -> float:
-        """Diagonal of the box around the known cells [stated metres]; 0 where none is known."""
+        """Diagonal of the bounding box of the known cells [stated metres]; 0 without any."""
         known = self.known
         rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
         if rows.size == 0:
@@ -69,8 +69,11 @@ class OccupancyGrid:
         return self.frame.resolution * math.hypot(float(np.ptp(rows)) + 1.0, float(np.ptp(cols)) + 1.0)
 
     def cropped(self, margin: int = 0) -> OccupancyGrid:
-        """The box of the known cells with ``margin`` cells around it, unknown where the raster ends; cells and metres
-        stay where they are. A grid that knows nothing keeps one cell and its margin."""
+        """Crop to the bounding box of the known cells and ``margin`` cells around it.
+
+        Cells beyond the raster are unknown; coordinates in metres do not change. A grid without known cells keeps one
+        cell and its margin.
+        """
         known = self.known
         rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
         low, left, high, right = (rows[0], cols[0], rows[-1], cols[-1]) if rows.size else (0, 0, 0, 0)
@@ -78,7 +81,7 @@ class OccupancyGrid:
         return OccupancyGrid(self.frame.window((int(low) - margin, int(left) - margin), box.shape), box)
 
     def occupancy(self) -> NDArray[np.int8]:
-        """The trinary map (rows, cols) int8 as nav_msgs/OccupancyGrid has it: 100, 0 or -1, row 0 lowest."""
+        """Return the trinary map (rows, cols) int8 of nav_msgs/OccupancyGrid: 100, 0 or -1, row 0 lowest."""
         values = np.full(self.frame.shape, UNKNOWN, dtype=np.int8)
         values[self.occupied] = OCCUPIED
         values[self.free] = FREE

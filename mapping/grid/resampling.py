@@ -1,4 +1,4 @@
-"""A grid looked up on the cells of another raster."""
+"""Resampling of a grid on the cells of another frame."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 
 LEAST_SAMPLES = 4
-"""Points a side at which a new cell looks up the old grid; more where new cells are larger."""
+"""Sample points along each side of a new cell; more if new cells are larger."""
 
 
 def resampled(
     grid: OccupancyGrid, frame_from_grid: Similarity2, frame: GridFrame, least_samples: int = LEAST_SAMPLES
 ) -> NDArray[np.float32]:
-    """Log-odds (rows, cols) of the cells of ``frame``, the grid's metres being moved by ``frame_from_grid``.
+    """Resample a grid on the cells of ``frame``, its metres moved by ``frame_from_grid``: log-odds (rows, cols).
 
-    A cell is occupied if it holds the centre of an occupied cell or lies in occupied cells by half (so walls of one
-    cell survive coarser cells, and keep their width in finer ones), else unknown if it lies in unknown cells by more
-    than half, else free. Its log-odds are the mean over the samples of that kind.
+    A cell is occupied if it contains the centre of an occupied cell or is covered by occupied cells by half, so that
+    walls of one cell survive coarser cells and keep their width in finer ones. Else it is unknown if unknown cells
+    cover more than half of it, else free. Its log-odds are the mean over the samples of that kind.
     """
     affine = _cell_affine(grid.frame, frame_from_grid.inverse(), frame)
     samples = max(least_samples, math.ceil(2.0 * math.hypot(affine[0, 0], affine[1, 0])))
@@ -33,7 +33,7 @@ def resampled(
 
 
 def _cell_affine(old: GridFrame, old_from_new: Similarity2, new: GridFrame) -> NDArray[np.float64]:
-    """(2, 3) map from (x, y, 1) in cells of the new grid to x, y in cells of the old one."""
+    """Return the (2, 3) map from (x, y, 1) in cells of the new grid to x, y in cells of the old one."""
     cells = (
         Similarity2.from_se2(old.origin, old.resolution).inverse()
         @ old_from_new

@@ -1,4 +1,4 @@
-"""Inverse sensor models: what a hit and a miss say of a cell, as the field's mappers have it."""
+"""Inverse sensor models of well-known mappers: the evidence of a hit and of a miss."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 
 def logit(probability: float) -> float:
-    """Log-odds of a probability."""
+    """Convert a probability to log-odds."""
     return math.log(probability / (1.0 - probability))
 
 
 @dataclass(frozen=True)
 class LogOddsModel:
-    """Hits and misses add their log-odds, held between two clamps (Moravec and Elfes 1985; Yguel 2007 for the clamps).
+    """Hits and misses add their log-odds, clamped to a range (Moravec and Elfes 1985; Yguel 2007 for the clamps).
 
     ``hit`` and ``miss`` are probabilities of occupancy given one reading; ``low`` and ``high`` log-odds.
 
-    Raises ``ValueError`` where a hit speaks against a wall, a miss for one, or the clamps do not enclose zero.
+    Raises ``ValueError`` if a hit lowers the occupancy, a miss raises it, or the clamps do not enclose zero.
     """
 
     name: str
@@ -37,9 +37,9 @@ class LogOddsModel:
 
 @dataclass(frozen=True)
 class CountingModel:
-    """Hits over visits; a cell is occupied where the share exceeds ``threshold``, unknown below ``min_visits``.
+    """Hits over visits: a cell is occupied if the fraction exceeds ``threshold``, unknown below ``min_visits``.
 
-    Raises ``ValueError`` where the threshold is not a share or fewer than one visit is asked for.
+    Raises ``ValueError`` if the threshold is not between 0 and 1, or ``min_visits`` is below 1.
     """
 
     name: str
@@ -79,10 +79,7 @@ SENSOR_MODELS: dict[str, SensorModel] = {
 
 
 def sensor_model(name: str) -> SensorModel:
-    """The preset of that name.
-
-    Raises ``ValueError`` that lists the presets where there is none.
-    """
+    """Return the preset of a name. Raises ``ValueError`` that lists the presets if there is none."""
     if name not in SENSOR_MODELS:
-        raise ValueError(f"sensor model {name!r} is not one of {', '.join(SENSOR_MODELS)}")
+        raise ValueError(f"sensor model is {name!r}, must be one of {', '.join(SENSOR_MODELS)}")
     return SENSOR_MODELS[name]

@@ -1,4 +1,4 @@
-"""Which cells a beam crosses: exact grid traversal, compiled.
+"""Exact traversal of a grid by beams, compiled.
 
 Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987. Two changes keep it exact:
 the parameter of each boundary is computed afresh instead of summed up, and the number of steps is known from the end
@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 SKIP, MISS, HIT = 0, 1, 2
-"""What a beam says: nothing; free along its way; free along its way and something at its end."""
+"""Kind of a beam: measured nothing; free along its way; free along its way and a hit at its end."""
 
 
 @njit(cache=True)
@@ -30,22 +30,23 @@ def beam_ends(
     clear_range: float,
     resolution: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-    """Where beams end, (B, 2) rows of x, y in cells, and what each says, (B,): SKIP, MISS or HIT.
+    """Return the endpoints of beams, (B, 2) rows of x, y in cells, and their kinds (B,): SKIP, MISS or HIT.
 
-    A beam without a return clears up to ``clear_range`` [m]; zero clears nothing. One that was too close says nothing.
+    A beam without a return clears the cells up to ``clear_range`` [m]; zero clears nothing. A beam to something too
+    close is skipped.
     """
     ends = np.empty((ranges.size, 2))
-    says = np.empty(ranges.size, np.int8)
+    kinds = np.empty(ranges.size, np.int8)
     for k in range(ranges.size):
         length = float(ranges[k])
-        says[k] = HIT
+        kinds[k] = HIT
         if not math.isfinite(length):
-            says[k] = MISS if length > 0.0 and clear_range > 0.0 else SKIP
-            length = clear_range if says[k] == MISS else 0.0
+            kinds[k] = MISS if length > 0.0 and clear_range > 0.0 else SKIP
+            length = clear_range if kinds[k] == MISS else 0.0
         angle = yaw + angle_min + k * angle_increment
         ends[k, 0] = (x + length * math.cos(angle)) / resolution
         ends[k, 1] = (y + length * math.sin(angle)) / resolution
-    return ends, says
+    return ends, kinds
 
 
 @njit(cache=True)
@@ -57,7 +58,7 @@ def draw_scan(
     x0: float,
     y0: float,
     ends: NDArray[np.float64],
-    says: NDArray[np.int8],
+    kinds: NDArray[np.int8],
     hit_step: np.float32,
     miss_step: np.float32,
     low: np.float32,
@@ -72,7 +73,7 @@ def draw_scan(
     cols = total.shape[1]
     total_flat, visits_flat, last_flat = total.ravel(), visits.ravel(), last_scan.ravel()
     for k in range(ends.shape[0]):
-        if says[k] == HIT:
+        if kinds[k] == HIT:
             cell = math.floor(ends[k, 1]) * cols + math.floor(ends[k, 0])
             if last_flat[cell] != scan:
                 last_flat[cell] = scan
@@ -81,7 +82,7 @@ def draw_scan(
                     visits_flat[cell] += 1
     col_0, row_0 = math.floor(x0), math.floor(y0)
     for k in range(ends.shape[0]):
-        if says[k] == SKIP:
+        if kinds[k] == SKIP:
             continue
         dx, dy = ends[k, 0] - x0, ends[k, 1] - y0
         cell = row_0 * cols + col_0
@@ -111,13 +112,15 @@ def draw_scan(
 
 
 @njit(cache=True)
-def mark_scan(seen: NDArray[np.bool_], x0: float, y0: float, ends: NDArray[np.float64], says: NDArray[np.int8]) -> None:
-    """Mark all cells that beams cross or end in, as ``draw_scan`` draws them. All must lie in the array."""
+def mark_scan(
+    seen: NDArray[np.bool_], x0: float, y0: float, ends: NDArray[np.float64], kinds: NDArray[np.int8]
+) -> None:
+    """Mark all cells that ``draw_scan`` would touch. All must lie in the array."""
     cols = seen.shape[1]
     flat = seen.ravel()
     col_0, row_0 = math.floor(x0), math.floor(y0)
     for k in range(ends.shape[0]):
-        if says[k] == SKIP:
+        if kinds[k] == SKIP:
             continue
         dx, dy = ends[k, 0] - x0, ends[k, 1] - y0
         cell = row_0 * cols + col_0

@@ -1,4 +1,4 @@
-"""Files and folders that are there whole or not at all: written aside, then renamed."""
+"""Atomic files and folders: written under a temporary name, then renamed."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def write_bytes_aside(path: Path, data: bytes) -> None:
 
 
 def write_files_aside(files: Mapping[Path, bytes]) -> None:
-    """Write files so that a reader, or a killed writer, never sees half of one, nor some without the others.
+    """Write files so that no reader sees a part of one, or some without the others, even if the writer is killed.
 
-    All are written beside their final places, and renamed only when the last is whole. A link is followed: what it
-    points to is replaced, the link stays. Nothing is forced to the disk: this guards against a killed process, not
-    against a power cut.
-    Raises ``OSError`` naming the file that cannot be written, or its folder, ``FileExistsError`` where a device, a
-    folder or anything else that is no regular file has the name; nothing is written or left behind then.
+    All are written to temporary names in the same folders, and renamed when the last is complete. The target of a link
+    is replaced; the link stays. Nothing is flushed to the disk: a power cut may still lose files.
+
+    Raises ``OSError`` naming the file or folder that cannot be written, and ``FileExistsError`` if the name belongs to
+    anything but a regular file. Nothing is written or left behind then.
     """
     finals = {_final(path): data for path, data in files.items()}
     asides = {final: _sibling(final, "part") for final in finals}
@@ -41,7 +41,7 @@ def write_files_aside(files: Mapping[Path, bytes]) -> None:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Whatever the system refuses in the block names this file: a full disk does not say where it was full."""
+    """Add the file's name to an ``OSError`` of the block: that of a full disk has none."""
     try:
         yield
     except OSError as error:
@@ -54,7 +54,7 @@ def _final(path: Path) -> Path:
     except FileNotFoundError:
         regular = True
     if not regular:
-        raise FileExistsError(f"{path}: is there and is no regular file; it is not replaced")
+        raise FileExistsError(f"{path}: exists and is not a regular file; it is not replaced")
     final = Path(os.path.realpath(path)) if path.is_symlink() else path
     if not final.parent.is_dir():
         raise FileNotFoundError(f"{final.parent}: no such folder")
@@ -63,15 +63,15 @@ def _final(path: Path) -> Path:
 
 @contextmanager
 def folder_aside(final: Path) -> Iterator[Path]:
-    """A new folder beside ``final`` to fill; it takes the name ``final`` at the end of the block.
+    """Make a temporary folder to fill, which is renamed to ``final`` at the end of the block.
 
-    A folder of that name is replaced whole: whether it may be is the caller's business. Where the block raises,
-    ``final`` is as it was and nothing is left aside. A killed process leaves ``final`` as it was too, and beside it a
-    hidden folder ``.NAME.*.part`` that may be deleted; killed between the two renames of the end, it leaves the old
-    folder as ``.NAME.*.old``. Missing parents are made.
+    A folder of that name is replaced; the caller checks if it may be. If the block raises, ``final`` is unchanged and
+    the temporary folder is deleted. A killed process leaves ``final`` unchanged too, and a hidden folder
+    ``.NAME.*.part`` that may be deleted; killed between the two renames at the end, it leaves the old folder as
+    ``.NAME.*.old``. Missing parents are made.
 
-    Raises ``OSError`` where the parent cannot be written, ``NotADirectoryError`` where ``final`` is a file. What fails
-    in the block on a file of ``aside`` names it as it would be in ``final``.
+    Raises ``OSError`` if the parent cannot be written, and ``NotADirectoryError`` if ``final`` is a file. An error of
+    the block about a temporary file names it as it would be in ``final``.
     """
     final = Path(os.path.realpath(final))
     if final.exists() and not final.is_dir():

@@ -1,4 +1,4 @@
-"""Robot logs as CARMEN text, which gmapping and many older mappers read."""
+"""Robot logs as CARMEN text, for gmapping and many older mappers."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _BEYOND = 1.0  # how far beyond maximum_range a beam without a return is written
 
 
 def save_carmen(path: Path, log: RobotLog, truth: Trajectory | None = None) -> None:
-    """Write one ROBOTLASER1 line a scan, each after a TRUEPOS line where the true trajectory is given.
+    """Write one ROBOTLASER1 line for each scan, after a TRUEPOS line if the true trajectory is given.
 
-    ROBOTLASER1 says where the beams look; the older FLASER can only mean a forward half turn. A beam without a return
-    reads more than ``maximum_range``, one that met something too close reads 0. ``truth`` is ``world_from_base`` at
+    ROBOTLASER1 states the directions of the beams; the older FLASER always means a forward half turn. A beam without a
+    return reads more than ``maximum_range``, one to something too close reads 0. ``truth`` is ``world_from_base`` at
     the scans' stamps. Numbers keep every bit. Format: the header of CARMEN's own logger (carmen.sourceforge.net).
 
-    Raises ``ValueError`` where the truth has other stamps than the log, ``OSError`` where the file cannot be written.
+    Raises ``ValueError`` if the truth has other stamps than the log, ``OSError`` if the file cannot be written.
     """
     if truth is not None and not np.array_equal(truth.stamps, log.odometry.stamps):
         raise ValueError("save_carmen: the truth and the log have different stamps")

@@ -1,4 +1,4 @@
-"""Map files as ROS map_server has them: a YAML and a grey picture, or the picture alone."""
+"""Map files of ROS map_server: a YAML with a grey picture, or the picture alone."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ from mapping.map_set import Unit
 
 @dataclass(frozen=True, eq=False)
 class LoadedMap:
-    """A map as it was on disk: its ``grid``, the ``unit`` of its coordinates, the ``path`` it was loaded from, and
-    what was odd about it, one line each, without the file's name."""
+    """A map from disk: its ``grid``, the ``unit`` of its coordinates, and the ``path`` it was loaded from.
+
+    ``warnings`` are one line each, without the file's name.
+    """
 
     grid: OccupancyGrid
     unit: Unit
@@ -30,19 +32,18 @@ class LoadedMap:
 
     @property
     def name(self) -> str:
-        """The file's name without folder and ending."""
+        """Name of the file without folder and extension."""
         return self.path.stem
 
 
 def load_map(path: str | Path, *, unknown_grey: int | None = None) -> LoadedMap:
     """Load a map_server YAML with its picture, or a bare PGM or PNG, cell for cell as nav2 does.
 
-    A bare picture has resolution 1, origin 0, unit "cell" and map_server's own thresholds; a YAML of its name beside
-    it is not read, but a warning says so. Grey level ``unknown_grey`` (0 to 255) is unknown whatever the thresholds
-    say.
+    A bare picture has resolution 1, origin 0, unit "cell" and map_server's default thresholds; a warning says so if a
+    YAML of its name exists. Grey level ``unknown_grey`` (0 to 255) is unknown whatever the thresholds are.
 
     Raises ``ValueError`` in one line naming the file, the field and the value for anything that is not such a map,
-    and ``OSError`` where a file is missing or cannot be read.
+    and ``OSError`` if a file is missing or cannot be read.
     """
     path = Path(path)
     if unknown_grey is not None and not 0 <= unknown_grey <= 255:
@@ -62,7 +63,7 @@ def _picture_of(path: Path, meta: MapYaml) -> Picture:
 
 
 def require_known(loaded: LoadedMap) -> LoadedMap:
-    """The same map. Raises ``ValueError`` naming the file where every cell is unknown: nothing can be done with it."""
+    """Return the map. Raises ``ValueError`` naming the file if every cell is unknown."""
     if not loaded.grid.known.any():
         raise ValueError(f"{loaded.path}: every cell of the map is unknown")
     return loaded
@@ -71,13 +72,13 @@ def require_known(loaded: LoadedMap) -> LoadedMap:
 def save_map(
     grid: OccupancyGrid, stem: str | Path, *, mode: Mode = "trinary", picture: Literal["pgm", "png"] = "pgm"
 ) -> None:
-    """Write ``STEM.pgm`` (or ``.png``) and ``STEM.yaml``, which any ROS user can open; equal grids give equal bytes.
+    """Write ``STEM.pgm`` (or ``.png``) and ``STEM.yaml`` for ROS; equal grids give equal bytes.
 
-    Trinary mode holds exactly ``occupancy()``; scale and raw hold it in per cent. Resolution and origin keep every
-    bit. Both files are there whole or neither is.
+    Trinary mode stores exactly ``occupancy()``; scale and raw store it in per cent. Resolution and origin keep every
+    bit. Either both files are written or neither.
 
-    Raises ``ValueError`` where mode and picture do not go together (scale mode marks unknown by transparency, which
-    a PGM cannot hold), and ``OSError`` where the folder is missing or cannot be written.
+    Raises ``ValueError`` if the picture cannot store the mode (scale mode marks unknown by transparency, which a PGM
+    does not have), and ``OSError`` if the folder is missing or cannot be written.
     """
     write_files_aside(map_files(grid, Path(stem), mode=mode, picture=picture))
 
@@ -85,7 +86,7 @@ def save_map(
 def map_files(
     grid: OccupancyGrid, stem: Path, *, mode: Mode = "trinary", picture: Literal["pgm", "png"] = "pgm"
 ) -> dict[Path, bytes]:
-    """The two files of ``save_map``, as bytes."""
+    """Return the two files of ``save_map`` as bytes."""
     occupied_thresh, free_thresh = thresholds(mode)
     meta = MapYaml(
         image=f"{stem.name}.{picture}",

@@ -1,4 +1,4 @@
-"""The YAML beside a map's picture, as ROS map_server has it."""
+"""The YAML file of a map in the format of ROS map_server."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ import yaml
 
 from mapping.geometry.se2 import SE2
 from mapping.io.picture import read_limited
-from mapping.io.safe_path import within
+from mapping.io.safe_path import safe_path
 
 Mode = Literal["trinary", "scale", "raw"]
 
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
-"""map_server's: grey 205, which savers write for unknown, is p = 0.19608 and so just not free."""
+"""Defaults of map_server: grey 205, which savers write for unknown, has p = 0.19608 and so is just not free."""
 
 MAX_BYTES = 2**16
-"""The largest YAML that is read; real ones have 150 bytes."""
+"""Maximum size of a YAML file; real ones have 150 bytes."""
 
 _LARGEST_FLOAT32 = 3.4e38
-"""nav2 compares in single precision."""
+"""Largest number in single precision, in which nav2 compares."""
 
 SMALLEST_RESOLUTION, LARGEST_RESOLUTION = 1e-5, 1e5
-"""Finer or coarser cells [m] are a wrong unit, not a map."""
+"""Limits of the cell size [m]: others are a wrong unit."""
 
 FARTHEST_ORIGIN = 1e9
-"""Beyond it [m] cells of a tenth of a micrometre fall together, and nothing on Earth is that far."""
+"""Largest coordinate of an origin [m]: beyond it cells of a tenth of a micrometre coincide in double precision."""
 
 _TRUE = ("y", "yes", "true", "on")
 _FALSE = ("n", "no", "false", "off")
@@ -38,11 +38,13 @@ _FALSE = ("n", "no", "false", "off")
 
 @dataclass(frozen=True)
 class MapYaml:
-    """What the YAML says: ``image`` relative to its folder, ``resolution`` [m/cell], ``origin`` the pose of the
-    outer corner of the lower left pixel, and how grey becomes occupancy.
+    """Content of the YAML: ``image`` relative to its folder, ``resolution`` [m/cell], ``origin``, and thresholds.
 
-    Raises ``ValueError`` naming the field where the resolution or the origin is past any map, a threshold not finite
-    or the mode unknown.
+    ``origin`` is the pose of the outer corner of the lower left pixel. ``negate``, the thresholds and ``mode`` convert
+    grey to occupancy.
+
+    Raises ``ValueError`` naming the field if the resolution or the origin is out of range, a threshold is not finite or
+    the mode is unknown.
     """
 
     image: str
@@ -69,11 +71,10 @@ class MapYaml:
 
 
 def read_map_yaml(path: Path) -> tuple[MapYaml, tuple[str, ...]]:
-    """Read a map's YAML by the rules of nav2's loader; and what was odd in it, one warning each (without
-    the file's name).
+    """Read a map's YAML by the rules of nav2's loader; return it with warnings, without the file's name.
 
-    A yaw of NaN, which some mappers write, is read as 0 with a warning; so are missing thresholds as map_server's
-    own. Raises ``ValueError`` naming file, field and value for anything else; ``OSError`` where it cannot be read.
+    A yaw of NaN, which some mappers write, is read as 0 with a warning, and missing thresholds as map_server's
+    defaults. Raises ``ValueError`` naming file, field and value for anything else; ``OSError`` if it cannot be read.
     """
     warnings: list[str] = []
     try:
@@ -94,12 +95,12 @@ def read_map_yaml(path: Path) -> tuple[MapYaml, tuple[str, ...]]:
 
 
 def image_path(path: Path, meta: MapYaml) -> Path:
-    """The picture that the YAML at ``path`` names.
+    """Return the path of the picture that the YAML at ``path`` names.
 
-    Raises ``ValueError`` naming both where it lies outside the YAML's folder: a map from a stranger must not make
-    the program open other files. An absolute path into the folder is fine.
+    Raises ``ValueError`` naming both if it is outside the YAML's folder: a map from a stranger must not make the
+    program open other files. An absolute path into the folder is allowed.
     """
-    image = within(path.parent, meta.image)
+    image = safe_path(path.parent, meta.image)
     if image is None:
         raise ValueError(
             f"{path}: image is {_shown(meta.image)}, outside the YAML's folder; put the picture beside the YAML"
@@ -108,7 +109,7 @@ def image_path(path: Path, meta: MapYaml) -> Path:
 
 
 def map_yaml_text(meta: MapYaml) -> str:
-    """The YAML's text, numbers to the last bit (nav2's own saver rounds to three decimals)."""
+    """Return the text of the YAML with every bit of its numbers (nav2's own saver rounds to three decimals)."""
     origin = [meta.origin.x, meta.origin.y, meta.origin.yaw]
     fields = {
         "image": meta.image,
@@ -174,7 +175,7 @@ def _as_number(name: str, value: Any) -> float:
 def _threshold(fields: dict[str, Any], name: str, default: float, warnings: list[str]) -> float:
     if name in fields:
         return _number(fields, name)
-    warnings.append(f"no field {name}; {default} is taken")
+    warnings.append(f"no field {name}; {default} is used")
     return default
 
 
@@ -184,7 +185,7 @@ def _origin(fields: dict[str, Any], warnings: list[str]) -> SE2:
         raise ValueError(f"origin is {_shown(values)}, must be a list of x, y, yaw")
     numbers = [_as_number("origin", value) for value in values]
     if math.isnan(numbers[2]):
-        warnings.append("the origin's yaw is NaN; 0 is taken")
+        warnings.append("the origin's yaw is NaN; 0 is used")
         numbers[2] = 0.0
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f"origin is {_shown(values)}, must be finite")

@@ -1,4 +1,4 @@
-"""Named arrays in one .npz: the same arrays give the same bytes, and a broken file is refused by name."""
+"""Named arrays in one .npz file: equal arrays give equal bytes."""
 
 from __future__ import annotations
 
@@ -24,10 +24,9 @@ _READING_ERRORS = (
 
 
 def save_npz(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write the arrays aside and rename the file into place. Raises ``OSError`` where it cannot be written.
+    """Write the arrays to one file, atomically. Raises ``OSError`` if it cannot be written.
 
-    They are stored as they are: ranges are full of noise, and compressing them takes longer than sensing them, to save
-    an eighth of the file.
+    They are not compressed: noisy ranges compress by an eighth only, which takes longer than to simulate them.
     """
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
@@ -35,9 +34,9 @@ def save_npz(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def load_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """The arrays of these names. Nothing in the file is executed.
+    """Read the arrays of these names, without executing anything in the file.
 
-    Raises ``ValueError`` naming the file where it is no such file, is damaged, or lacks an array; ``OSError`` where it
+    Raises ``ValueError`` naming the file if it is not an .npz file, is damaged, or lacks an array; ``OSError`` if it
     cannot be read.
     """
     data = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Grey to occupancy and back: what nav2's map_server makes of a pixel, and what it writes for a cell."""
+"""Conversion between grey levels and occupancy by the rules of nav2's map_server."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mapping.io.map_yaml import MapYaml, Mode
 from mapping.io.picture import Picture
 
 OCCUPIED_GREY, FREE_GREY, UNKNOWN_GREY = 0, 254, 205
-"""What map_server's saver writes in trinary mode."""
+"""Grey levels that map_server's saver writes in trinary mode."""
 
 _RAW_UNKNOWN_GREY = 255
 _CERTAIN = 0.0025  # 0 % and 100 % have no log-odds: they count as 0.25 % and 99.75 %, which round to themselves
@@ -19,10 +19,10 @@ _UNDECIDED = -0.01  # 50 % has log-odds 0, which would say unknown: a seen cell 
 
 
 def cell_of_grey(meta: MapYaml) -> NDArray[np.int8]:
-    """The cell value (256,) of each grey level: 0 to 100, or -1 unknown.
+    """Return the cell value (256,) of each grey level: 0 to 100, or -1 unknown.
 
-    After ``loadMapFromFile`` of nav2_map_server (map_io.cpp since nav2's pull request 5071), which looks at 8-bit grey
-    in single precision.
+    Source: ``loadMapFromFile`` of nav2_map_server (map_io.cpp since nav2's pull request 5071), which computes with
+    8-bit grey in single precision.
     """
     grey = np.arange(256)
     if meta.mode == "raw":
@@ -48,10 +48,10 @@ def _round_half_up(values: NDArray[np.float32]) -> NDArray[np.int8]:
 
 
 def log_odds_of_cell(mode: Mode) -> NDArray[np.float32]:
-    """The log-odds (102,) float32 of cell values -1, 0, ..., 100, in that order.
+    """Return the log-odds (102,) float32 of cell values -1, 0, ..., 100, in that order.
 
-    A trinary cell counts as ``OccupancyGrid.from_occupancy`` has it; elsewhere v per cent counts log(p / (1 - p)),
-    so that ``percent`` gives v back. Only -1 is unknown: 50 % stays known, on the side of free.
+    A trinary cell has those of ``OccupancyGrid.from_occupancy``; in the other modes v per cent has log(p / (1 - p)),
+    which ``percent`` inverts. Only -1 is unknown: 50 % is just free.
     """
     if mode == "trinary":
         table = np.zeros(102)
@@ -64,16 +64,16 @@ def log_odds_of_cell(mode: Mode) -> NDArray[np.float32]:
 
 
 def percent(grid: OccupancyGrid) -> NDArray[np.int8]:
-    """Occupancy in per cent (rows, cols) int8, row 0 lowest, -1 unknown: above 50 where occupied, else at most 50."""
+    """Return the occupancy in per cent (rows, cols) int8, row 0 lowest, -1 unknown: above 50 only if occupied."""
     values = np.rint(100.0 * expit(grid.log_odds)).astype(np.int8)
     values = np.where(grid.occupied, np.maximum(values, 51), np.minimum(values, 50))
     return np.where(grid.known, values, UNKNOWN).astype(np.int8)
 
 
 def picture_of_grid(grid: OccupancyGrid, mode: Mode) -> Picture:
-    """The picture (H, W), top row first, that map_server's saver writes for a grid.
+    """Draw the picture (H, W), top row first, that map_server's saver writes for a grid.
 
-    ``trinary`` holds exactly ``occupancy()``; ``scale`` and ``raw`` hold ``percent``. Unknown is grey 205 in
+    ``trinary`` stores exactly ``occupancy()``; ``scale`` and ``raw`` store ``percent``. Unknown is grey 205 in
     trinary mode, transparent in scale mode, 255 in raw mode.
     """
     if mode == "trinary":
@@ -90,8 +90,8 @@ def picture_of_grid(grid: OccupancyGrid, mode: Mode) -> Picture:
 
 
 def thresholds(mode: Mode) -> tuple[float, float]:
-    """(occupied_thresh, free_thresh) under which a loader reads back what ``picture_of_grid`` wrote.
+    """Return (occupied_thresh, free_thresh) with which a loader reads back the picture of ``picture_of_grid``.
 
-    In scale mode everything between the thresholds is stretched to 0..100, so only 1 and 0 leave it as it is.
+    In scale mode everything between the thresholds is stretched to 0..100, so only 1 and 0 change nothing.
     """
     return (1.0, 0.0) if mode == "scale" else (0.65, 0.196)

@@ -1,4 +1,4 @@
-"""Portable graymaps, plain (P2) and raw (P5), after the netpbm specification."""
+"""Portable graymaps, plain (P2) and raw (P5), by the netpbm specification."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _COMMENT = re.compile(rb"#[^\r\n]*")
 
 @dataclass(frozen=True)
 class PgmHeader:
-    """What stands before the pixels; ``offset`` is where they start [bytes]."""
+    """Header of a PGM; the pixels start at ``offset`` [bytes]."""
 
     plain: bool
     width: int
@@ -26,7 +26,7 @@ class PgmHeader:
 
     @property
     def raster_bytes(self) -> int:
-        """The least number of bytes that the pixels take."""
+        """Minimum size of the pixels [bytes]."""
         pixels = self.width * self.height
         if self.plain:
             return 2 * pixels - 1
@@ -34,7 +34,7 @@ class PgmHeader:
 
 
 def read_header(data: bytes) -> PgmHeader:
-    """The header of a PGM. Raises ``ValueError`` (without a file name) where it is broken or the maxval is wrong."""
+    """Parse the header of a PGM. Raises ``ValueError`` (without a file name) if it is broken or the maxval is wrong."""
     match = _HEADER.match(data[:_MAX_HEADER])
     if match is None:
         raise ValueError("the PGM header is broken")
@@ -47,9 +47,9 @@ def read_header(data: bytes) -> PgmHeader:
 
 
 def read_pgm(data: bytes) -> NDArray[np.uint8]:
-    """The pixels (H, W) of a PGM, top row first, scaled to 0..255 by its maxval.
+    """Decode the pixels (H, W) of a PGM, top row first, scaled to 0..255 by its maxval.
 
-    Raises ``ValueError`` (without a file name) where the header is broken, pixels are missing or exceed the maxval.
+    Raises ``ValueError`` (without a file name) if the header is broken, pixels are missing or exceed the maxval.
     """
     header = read_header(data)
     found = len(data) - header.offset
@@ -92,6 +92,6 @@ def _scaled_to_255(values: NDArray[np.integer], maxval: int) -> NDArray[np.uint8
 
 
 def pgm_bytes(grey: NDArray[np.uint8]) -> bytes:
-    """A raw PGM of pixels (H, W), top row first."""
+    """Encode pixels (H, W), top row first, as a raw PGM."""
     height, width = grey.shape
     return b"P5\n%d %d\n255\n" % (width, height) + np.ascontiguousarray(grey, dtype=np.uint8).tobytes()

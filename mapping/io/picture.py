@@ -1,4 +1,4 @@
-"""Grey pictures of maps: PGM and PNG, with limits that a hostile file cannot pass."""
+"""Grey pictures of maps, PGM and PNG, with limits that protect against hostile files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mapping.grid.frame import MAX_PICTURE_CELLS
 from mapping.io.pgm import pgm_bytes, read_header, read_pgm
 
 MAX_BYTES = 2**30
-"""The largest file that is read."""
+"""Maximum size of a picture file."""
 
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _PNG_ERRORS = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, Image.DecompressionBombError)
@@ -25,17 +25,17 @@ _PNG_ERRORS = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.er
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Brightness ``grey`` (H, W) uint8, top row first; ``opaque`` (H, W) bool, None where there is no alpha."""
+    """Brightness ``grey`` (H, W) uint8, top row first; ``opaque`` (H, W) bool, None without an alpha channel."""
 
     grey: NDArray[np.uint8]
     opaque: NDArray[np.bool_] | None = None
 
 
 def read_picture(path: Path) -> Picture:
-    """Read a PGM or PNG, told apart by content, as 8-bit grey; colours by Rec. 601 luma, 16 bits scaled down.
+    """Read a PGM or PNG, detected by content, as 8-bit grey; colours by Rec. 601 luma, 16 bits scaled down.
 
-    Raises ``ValueError`` naming the file where it is empty, of another kind, broken, truncated or too large, and
-    ``OSError`` where it cannot be opened.
+    Raises ``ValueError`` naming the file if it is empty, of another kind, broken, truncated or too large, and
+    ``OSError`` if it cannot be opened.
     """
     data = read_limited(path, MAX_BYTES)
     try:
@@ -51,10 +51,10 @@ def read_picture(path: Path) -> Picture:
 
 
 def read_limited(path: Path, max_bytes: int) -> bytes:
-    """The bytes of a file that must not be empty nor larger than ``max_bytes``.
+    """Read a file of at most ``max_bytes``.
 
-    Raises ``ValueError`` naming the file where it is, or where it is not a regular file; ``OSError`` where it cannot
-    be read.
+    Raises ``ValueError`` naming the file if it is empty, larger, or not a regular file; ``OSError`` if it cannot be
+    read.
     """
     size = path.stat().st_size
     if not path.is_file():
@@ -67,16 +67,16 @@ def read_limited(path: Path, max_bytes: int) -> bytes:
 
 
 def picture_bytes(picture: Picture, kind: str) -> bytes:
-    """The file of a picture, ``kind`` "pgm" or "png": equal pictures give equal bytes.
+    """Encode a picture as ``kind`` "pgm" or "png": equal pictures give equal bytes.
 
-    Raises ``ValueError`` for another kind, or where a PGM would have to hold transparency.
+    Raises ``ValueError`` for another kind, or for transparency in a PGM.
     """
     if kind == "png":
         return _png_bytes(picture)
     if kind != "pgm":
         raise ValueError(f"picture kind is {kind!r}, must be 'pgm' or 'png'")
     if picture.opaque is not None:
-        raise ValueError("a PGM cannot hold transparency: write a PNG")
+        raise ValueError("a PGM has no transparency: write a PNG")
     return pgm_bytes(picture.grey)
 
 

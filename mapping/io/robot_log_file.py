@@ -1,4 +1,4 @@
-"""Robot logs as .npz: one array a field, the same log gives the same bytes."""
+"""Robot logs as .npz files, one array for each field: equal logs give equal bytes."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def save_robot_log(path: Path, log: RobotLog) -> None:
 
 
 def load_robot_log(path: Path) -> RobotLog:
-    """Read what ``save_robot_log`` wrote.
+    """Read a log of ``save_robot_log``.
 
-    Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
+    Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` if it cannot be read.
     """
     fields = load_npz(path, FIELDS)
     try:

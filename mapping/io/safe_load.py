@@ -1,4 +1,4 @@
-"""JSON and YAML read as plain values: the one place for both, which names the file in whatever it refuses."""
+"""JSON and YAML from untrusted files, as plain values."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ import yaml
 from mapping.io.picture import read_limited
 
 MAX_BYTES = 2**28
-"""The largest file that is read."""
+"""Maximum size of a JSON file."""
 
 MAX_YAML_BYTES = 2**24
-"""The largest YAML file that is read: its parser takes seconds a megabyte."""
+"""Maximum size of a YAML file, whose parser takes seconds per megabyte."""
 
 MAX_DEPTH = 50
-"""Lists in lists, fields in fields: ours nest less than ten deep."""
+"""Maximum depth of nested lists and fields; own files have less than ten levels."""
 
 LARGEST_FLOAT = 1e15
-"""Beyond it nothing is a length, an angle or a time, and squares of it soon have no end."""
+"""Largest number: no length, angle or time is larger, and its square is still finite."""
 
 LARGEST_INTEGER = 2**128
-"""Seeds may be that large."""
+"""Largest integer, which a seed may have."""
 
 
 def read_json(path: Path) -> Any:
-    """The value of a JSON file.
+    """Read the value of a JSON file.
 
-    Raises ``ValueError`` in one line that names the file where it is none, nests too deeply, or holds NaN, infinity
-    or a number past any measure; ``OSError`` where it cannot be read.
+    Raises ``ValueError`` in one line that names the file if it is not JSON, nests too deeply, or has NaN, infinity or
+    a number that is too large; ``OSError`` if it cannot be read.
     """
     return json_value(read_limited(path, MAX_BYTES), str(path))
 
 
 def json_value(data: bytes, place: str) -> Any:
-    """The value of a JSON text, refused as ``read_json`` refuses, naming ``place``."""
+    """Parse a JSON text. Raises ``ValueError`` as ``read_json`` does, naming ``place``."""
     try:
         value = json.loads(data.decode("utf-8"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -45,18 +45,18 @@ def json_value(data: bytes, place: str) -> Any:
 
 
 def read_yaml(path: Path) -> Any:
-    """The value of a YAML file; aliases are refused, as a few lines of them can stand for more than fits in memory.
+    """Read the value of a YAML file without aliases, a few lines of which can expand to more than the memory.
 
-    Raises as ``read_json`` does, but leaves NaN, which the yaw of a map may be, to the caller.
+    Raises as ``read_json`` does, but allows NaN, which the yaw of a map may be.
     """
     return yaml_value(read_limited(path, MAX_YAML_BYTES), str(path))
 
 
 def yaml_value(data: bytes, place: str) -> Any:
-    """The value of a YAML text, refused as ``read_yaml`` refuses, naming ``place``."""
+    """Parse a YAML text. Raises ``ValueError`` as ``read_yaml`` does, naming ``place``."""
     try:
         if b"*" in data and any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(data, yaml.SafeLoader)):
-            raise ValueError("aliases are not read")
+            raise ValueError("it has aliases, which are not allowed")
         value = yaml.safe_load(data)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ValueError(f"{place}: not YAML: {_short(error)}") from None

@@ -1,4 +1,4 @@
-"""Files that must lie in a folder, whoever names them."""
+"""Paths from untrusted files, confined to a folder."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 
 
-def within(folder: Path, name: str) -> Path | None:
-    """The file that ``name`` means in ``folder``, or None where it would lie outside.
+def safe_path(folder: Path, name: str) -> Path | None:
+    """Resolve ``name`` in ``folder``; None if it is outside.
 
-    A file from a stranger must not make the program open others. An absolute name into the folder is fine.
+    A file from a stranger must not make the program open other files. An absolute name into the folder is allowed.
     """
     base = Path(os.path.normpath(folder.absolute()))
     file = Path(os.path.normpath(base / name))

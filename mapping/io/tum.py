@@ -1,4 +1,4 @@
-"""Trajectories as TUM text files, which trajectory evaluators read: ``timestamp tx ty tz qx qy qz qw``."""
+"""Trajectories as TUM text files, for trajectory evaluators: ``timestamp tx ty tz qx qy qz qw``."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from mapping.robot.trajectory import Trajectory
 
 
 def save_tum(path: Path, trajectory: Trajectory) -> None:
-    """Write one line a pose, in seconds and metres, numbers to the last bit; z, qx and qy are 0.
+    """Write one line for each pose, in seconds and metres, with every bit; z, qx and qy are 0.
 
     Format: TUM RGB-D benchmark, https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.
-    Raises ``OSError`` where the file cannot be written.
+    Raises ``OSError`` if the file cannot be written.
     """
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for stamp, (x, y, yaw) in zip(trajectory.stamps.tolist(), trajectory.poses.tolist(), strict=True):
@@ -26,8 +26,8 @@ def save_tum(path: Path, trajectory: Trajectory) -> None:
 def load_tum(path: Path) -> Trajectory:
     """Read a trajectory in the plane: x, y and the yaw of the rotation, in [-pi, pi]; z, roll and pitch are dropped.
 
-    Raises ``ValueError`` naming file and line where a line is not eight numbers or the quaternion is 0, or where time
-    does not move forward; ``OSError`` where the file cannot be read.
+    Raises ``ValueError`` naming file and line if a line is not eight numbers, a quaternion is 0, or stamps do not
+    increase; ``OSError`` if the file cannot be read.
     """
     rows = []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):

@@ -1,4 +1,4 @@
-"""What a robot brings home, and what it cannot know."""
+"""The log of one robot, and its ground truth."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from mapping.robot.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class RobotLog:
-    """What a real robot could bring home: its scans, its odometry and where its lidar is mounted. No truth inside.
+    """The data that a real robot could record: scans, odometry and the mounting of its lidar, without any truth.
 
-    ``odometry`` is ``odom_from_base``, one pose at the stamp of each scan; ``robot`` is what the robot is called, if
-    it has a name.
+    ``odometry`` is ``odom_from_base``, one pose at the stamp of each scan; ``robot`` is the name of the robot, if it
+    has one.
 
-    Raises ``ValueError`` where scans and odometry do not match.
+    Raises ``ValueError`` if scans and odometry do not match.
     """
 
     scans: tuple[LidarScan, ...]
@@ -34,18 +34,18 @@ class RobotLog:
         _check_stamps("RobotLog", self.scans, self.odometry)
 
     def part(self, start: int, stop: int) -> RobotLog:
-        """Scans ``start`` to ``stop - 1`` alone. Raises ``ValueError`` where that leaves none."""
+        """Return scans ``start`` to ``stop - 1``. Raises ``ValueError`` if there are none."""
         return dataclasses.replace(self, scans=self.scans[start:stop], odometry=self.odometry.part(start, stop))
 
 
 @dataclass(frozen=True, eq=False)
 class RobotTruth:
-    """What truly happened to one robot in the simulator; never readable by the merger.
+    """The ground truth of one robot in the simulator; the merger never reads it.
 
     ``trajectory`` is ``world_from_base`` at the stamp of each scan, ``scans`` hold the true ranges, and
-    ``hits_robot`` (N, B) says which beams ended on another robot.
+    ``hits_robot`` (N, B) marks beams that ended on another robot.
 
-    Raises ``ValueError`` where the three do not match.
+    Raises ``ValueError`` if the three do not match.
     """
 
     scans: tuple[LidarScan, ...]
@@ -62,7 +62,7 @@ class RobotTruth:
             raise ValueError(f"RobotTruth: hits_robot has shape {self.hits_robot.shape}, the scans need {shape}")
 
     def part(self, start: int, stop: int) -> RobotTruth:
-        """What happened from scan ``start`` to ``stop - 1``. Raises ``ValueError`` where that leaves none."""
+        """Return the truth of scans ``start`` to ``stop - 1``. Raises ``ValueError`` if there are none."""
         scans, hits_robot = self.scans[start:stop], self.hits_robot[start:stop]
         return RobotTruth(scans, self.trajectory.part(start, stop), hits_robot, self.base_from_lidar)
 

@@ -13,14 +13,14 @@ from mapping.arrays import frozen_array
 
 @dataclass(frozen=True, eq=False)
 class LidarScan:
-    """One sweep: beam ``k`` looks along ``angle_min + k * angle_increment`` in the lidar's frame.
+    """One sweep: beam ``k`` points along ``angle_min + k * angle_increment`` in the lidar's frame.
 
     ``stamp`` in seconds, angles in radians counter-clockwise, ranges in metres. ``ranges`` (B,) float32 holds
-    finite readings within [range_min, range_max], ``+inf`` where nothing returned and ``-inf`` where something
-    stood too close (REP 117).
+    finite readings within [range_min, range_max], ``+inf`` without a return and ``-inf`` if something was
+    too close (REP 117).
 
     Raises ``ValueError`` naming the field: no beam, a range that is NaN or outside the limits, beams that all
-    look one way or sweep more than a full turn, limits out of order.
+    point one way or sweep more than a full turn, limits out of order.
     """
 
     stamp: float
@@ -43,7 +43,7 @@ class LidarScan:
         if not 0.0 <= self.range_min < self.range_max:
             raise ValueError(f"LidarScan: range_min {self.range_min} and range_max {self.range_max} are out of order")
         if self.angle_increment == 0.0:
-            raise ValueError("LidarScan: angle_increment is zero: all beams would look one way")
+            raise ValueError("LidarScan: angle_increment is zero: all beams would point one way")
         if abs(self.angle_increment) * (self.ranges.size - 1) > math.tau + 1e-6:
             raise ValueError(
                 f"LidarScan: {self.ranges.size} beams at angle_increment {self.angle_increment} rad exceed a turn"
@@ -61,15 +61,15 @@ class LidarScan:
 
     @property
     def returned(self) -> NDArray[np.bool_]:
-        """Which beams measured a distance, (B,)."""
+        """True for each beam (B,) that measured a distance."""
         return np.isfinite(self.ranges)
 
     @property
     def angles(self) -> NDArray[np.float64]:
-        """The beams' directions in the lidar's frame [rad], (B,)."""
+        """Directions of the beams in the lidar's frame [rad], (B,)."""
         return self.angle_min + self.angle_increment * np.arange(self.ranges.size, dtype=np.float64)
 
     def points(self) -> NDArray[np.float64]:
-        """Where the returning beams ended, in the lidar's frame [m], (N, 2) in the beams' order."""
+        """Return the endpoints of the beams with a return, in the lidar's frame [m], (N, 2) in the beams' order."""
         r, a = self.ranges[self.returned].astype(np.float64), self.angles[self.returned]
         return np.stack((r * np.cos(a), r * np.sin(a)), axis=-1)

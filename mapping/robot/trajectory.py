@@ -1,4 +1,4 @@
-"""Where a robot was, or believes it was, over time."""
+"""Poses of a robot over time, true or estimated."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from mapping.arrays import frozen_array
 from mapping.geometry.se2 import SE2
 
 FARTHEST = 1e9
-"""Nothing on Earth is that far [m]."""
+"""The largest coordinate of a pose [m]: nothing on Earth is farther away."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Poses over time: ``stamps`` (N,) in seconds, strictly increasing; ``poses`` (N, 3) rows of x, y [m], yaw [rad].
 
-    Raises ``ValueError`` where the shapes differ, a number is not finite, a pose is past any place, or time does not
-    move forward.
+    Raises ``ValueError`` if the shapes differ, a number is not finite, a pose is too far away, or stamps do not
+    increase.
     """
 
     stamps: NDArray[np.float64]
@@ -49,20 +49,20 @@ class Trajectory:
         return SE2(*self.poses[index])
 
     def moved(self, new_from_old: SE2) -> Trajectory:
-        """The same motion told in another frame."""
+        """Express the trajectory in another frame."""
         poses = np.empty_like(self.poses)
         poses[:, :2] = new_from_old.apply(self.poses[:, :2])
         poses[:, 2] = self.poses[:, 2] + new_from_old.yaw
         return Trajectory(self.stamps, poses)
 
     def part(self, start: int, stop: int) -> Trajectory:
-        """Poses ``start`` to ``stop - 1`` alone, in the same frame."""
+        """Return poses ``start`` to ``stop - 1``, in the same frame."""
         return Trajectory(self.stamps[start:stop], self.poses[start:stop])
 
     def from_start(self) -> Trajectory:
-        """The same motion told in the frame of its first pose."""
+        """Express the trajectory in the frame of its first pose."""
         return self.moved(self.pose(0).inverse())
 
     def distance(self) -> float:
-        """Length of the path [m]."""
+        """Return the length of the path [m]."""
         return float(np.hypot(*np.diff(self.poses[:, :2], axis=0).T).sum())

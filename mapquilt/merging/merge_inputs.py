@@ -12,7 +12,7 @@ from typing import Any
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import LoadedMap, load_map, require_known
 from mapping.io.map_yaml import image_path, read_map_yaml
-from mapping.io.safe_path import within
+from mapping.io.safe_path import safe_path
 from mapping.map_set import MapSet
 from mapquilt.json_file import read_record
 from mapquilt.merging.load_maps import load_map_files
@@ -67,7 +67,7 @@ def added_inputs(folder: Path, paths: Sequence[Path], unknown: int | None) -> Me
     greys: dict[str, int | None] = {}
     copies: dict[str, bytes] = {}
     for entry in record["maps"]:
-        name, file = entry["name"], within(folder, entry["file"])
+        name, file = entry["name"], safe_path(folder, entry["file"])
         if file is None:
             raise ValueError(f"{folder / run_folder.MERGE_FILE}: file is {entry['file'][:100]!r}, outside the folder")
         maps[name] = load_map(file, unknown_grey=entry["unknown"])

@@ -24,7 +24,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.atomic import folder_aside, write_files_aside
 from mapping.io.map_file import load_map
 from mapping.io.robot_log_file import load_robot_log
-from mapping.io.safe_path import within
+from mapping.io.safe_path import safe_path
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapquilt.json_file import read_record, record_bytes
@@ -192,7 +192,7 @@ def _check_names(names: tuple[str, ...]) -> None:
 
 
 def _map_file(folder: Path, name: str) -> Path:
-    file = within(folder, name)
+    file = safe_path(folder, name)
     if file is None:
         raise ValueError(f"file is {name[:100]!r}, outside the run's folder")
     if file.relative_to(folder).parts[:1] in ((TRUTH_FOLDER,), (MISSION_FOLDER,)):

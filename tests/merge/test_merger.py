@@ -57,7 +57,7 @@ def known():
     return maps, frames, quilted(maps)
 
 
-def test_copies_at_known_places_are_found_within_half_a_cell():
+def test_known_transforms_are_found_within_half_a_cell():
     errors = []
     for seed, scale, honest in [
         (0, (1, 1), True),
@@ -80,7 +80,7 @@ def test_sift_finds_copies_too():
     assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.0
 
 
-def test_a_map_and_its_own_copy_turned_scaled_and_shifted():
+def test_a_transformed_copy_of_a_map_is_found():
     maps, _ = team(3)
     grid = maps.grids[0]
     copy_from_grid = Similarity2(7.0, -3.0, 1.2, 1.5)
@@ -109,7 +109,7 @@ def test_a_map_and_its_own_copy_turned_scaled_and_shifted():
         assert scale.low <= found.target_from_source.scale <= scale.high
 
 
-def test_the_pixels_are_the_metric_answer_seen_in_the_images(known):
+def test_the_pixel_matrix_agrees_with_the_metric_answer(known):
     maps, _, result = known
     pair = result.pairs[0]
     expected = pixel_matrix(maps.grids[0].frame, pair.target_from_source, maps.grids[1].frame)
@@ -129,14 +129,14 @@ def test_stating_half_the_cell_size_doubles_the_scale_but_leaves_the_pixels(know
     np.testing.assert_allclose(pair.target_from_source_pixels, before.target_from_source_pixels, atol=1e-6)
 
 
-def test_what_fits_at_the_scale_that_is_stated_fits_at_no_other(known):
+def test_maps_that_fit_at_the_stated_scale_fit_at_no_other(known):
     maps, _, result = known
     assert result.pairs[0].accepted
     task = PairTask.of(maps, 0, 1, ScaleRange.known(), QUILT, 0)
     assert _at_another_scale(task, task.sheets(FeatureCache(), task.methods)) is None
 
 
-def test_maps_that_fit_only_at_another_scale_than_they_state_are_refused_and_say_so(known):
+def test_maps_that_fit_only_at_another_scale_are_refused_with_that_reason(known):
     maps, _, result = known
     frame = dataclasses.replace(maps.grids[1].frame, resolution=CELL / 1.6)
     pair = quilted(map_set((maps.grids[0], OccupancyGrid(frame, maps.grids[1].log_odds)))).pairs[0]
@@ -210,7 +210,7 @@ def test_evidence_is_plain_numbers(known):
     assert json.loads(json.dumps(record, allow_nan=False)) == record
 
 
-def test_nothing_on_disk_is_asked(known, monkeypatch):
+def test_the_merger_reads_no_file(known, monkeypatch):
     maps, _, result = known
 
     def refuse(*arguments, **options):
@@ -257,7 +257,7 @@ def wall():
     ],
     ids=["one wall", "unknown", "free", "occupied", "free cell", "occupied cell", "two by three"],
 )
-def test_a_map_with_too_little_in_it_is_refused_whatever_it_meets(values, known):
+def test_a_map_with_too_little_structure_is_refused(values, known):
     for other in (bare(values), known[0].grids[0]):
         for grids in ((bare(values), other), (other, bare(values))):
             pair = quilted(map_set(grids, unit="cell")).pairs[0]
@@ -288,7 +288,7 @@ def two_maps(world, seed, parts, number=30):
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
+def test_equal_rooms_are_refused_as_ambiguous(seed):
     maps, _ = two_maps(equal_rooms(), seed, (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7))))
     pair = quilted(maps).pairs[0]
     assert (pair.accepted, pair.reason) == (False, Reason.AMBIGUOUS)
@@ -296,14 +296,14 @@ def test_equal_rooms_are_not_believed_where_another_place_looks_as_good(seed):
 
 
 @pytest.mark.parametrize("scale", [ScaleRange.known(), ScaleRange.free()])
-def test_a_hall_that_looks_the_same_turned_by_half_is_refused_and_says_so(scale):
+def test_a_symmetric_hall_is_refused_as_ambiguous(scale):
     maps, _ = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     pair = quilted(maps, MergeSettings("quilt", scale=scale)).pairs[0]
     assert (pair.accepted, pair.reason) == (False, Reason.AMBIGUOUS)
     assert pair.evidence.score > 0.8  # nothing else would have refused it
 
 
-def test_a_hall_turned_by_half_is_listed_beside_the_hall_as_it_stands():
+def test_the_alternatives_of_a_symmetric_hall_include_half_a_turn():
     maps, truth = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     pair = quilted(maps).pairs[0]
     places = [pair.target_from_source, *(other.target_from_source for other in pair.alternatives)]
@@ -316,7 +316,7 @@ def test_a_hall_turned_by_half_is_listed_beside_the_hall_as_it_stands():
     assert pair.evidence.second_best_score == scores[0]
 
 
-def test_the_least_confidence_is_what_decides(known):
+def test_min_confidence_decides_acceptance(known):
     maps, _, result = known
     sure = result.pairs[0].confidence
     for least, accepted in ((sure, True), (math.nextafter(sure, 1.0), sure == 1.0)):
@@ -324,7 +324,7 @@ def test_the_least_confidence_is_what_decides(known):
         assert quilted(maps, MergeSettings("quilt", acceptance=acceptance)).pairs[0].accepted is accepted
 
 
-def test_a_bare_corridor_is_refused_since_the_answer_may_slide_along():
+def test_a_bare_corridor_is_refused_for_parallel_walls():
     maps, _ = two_maps(corridor(), 1, [((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))])
     pair = quilted(maps).pairs[0]
     assert (pair.accepted, pair.reason) == (False, Reason.PARALLEL_WALLS)
@@ -361,7 +361,7 @@ def test_unknown_cells_around_a_map_change_nothing(known):
 
 
 @pytest.mark.parametrize("most", [20_000, 60_000])
-def test_maps_of_very_many_cells_are_compared_in_wider_ones_and_answered_in_their_own(monkeypatch, most):
+def test_large_maps_are_matched_in_coarser_cells(monkeypatch, most):
     maps, frames = team(5, scale=(0.7, 0.7), honest=False)
     monkeypatch.setattr("merge.pair.feature_cache.MOST_CELLS", most)
     pair = quilted(maps).pairs[0]

@@ -23,8 +23,8 @@ def test_a_bad_range_is_refused_by_its_text(text):
     assert repr(text) in str(refusal.value)
 
 
-def test_bad_bounds_die_at_construction_naming_the_value():
-    with pytest.raises(ValueError, match=r"low 2\.0 lies above high 1\.0"):
+def test_bad_bounds_are_refused_by_value():
+    with pytest.raises(ValueError, match=r"low is 2\.0, must be at most high, 1\.0"):
         ScaleRange(2.0, 1.0)
     with pytest.raises(ValueError, match="high is nan"):
         ScaleRange(1.0, math.nan)
@@ -47,6 +47,6 @@ def test_an_unknown_method_is_named():
         (("m", "cell"), True, ScaleRange.free()),
     ],
 )
-def test_the_scale_is_known_only_where_every_resolution_is(units, trusted, expected):
+def test_the_scale_is_known_only_if_every_resolution_is(units, trusted, expected):
     grid = OccupancyGrid.from_occupancy(GridFrame(0.05, SE2(), (1, 1)), [[0]])
     assert MapSet(("a", "b"), (grid, grid), units, trusted).scale_range == expected

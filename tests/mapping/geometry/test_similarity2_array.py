@@ -19,7 +19,7 @@ def close(motions, expected):
 
 
 @given(several, similarities)
-def test_products_and_inverses_are_those_of_similarities(places, other):
+def test_products_and_inverses_equal_those_of_single_similarities(places, other):
     close(Similarity2Array.of(places) @ Similarity2Array.of([other]), [place @ other for place in places])
     close(Similarity2Array.of([other]) @ Similarity2Array.of(places), [other @ place for place in places])
     close(Similarity2Array.of(places).inverse(), [place.inverse() for place in places])

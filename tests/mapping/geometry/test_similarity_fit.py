@@ -26,7 +26,7 @@ def error(fit, target, source):
 
 
 @given(similarities, st.integers(0, 1000))
-def test_exact_pairs_give_the_similarity_back(truth, seed):
+def test_exact_pairs_give_the_exact_similarity(truth, seed):
     source = cloud(seed)
     fit = fit_similarity(truth.apply(source), source, WIDE)
     np.testing.assert_allclose(fit.matrix(), truth.matrix(), rtol=0, atol=1e-9 * (1 + truth.scale) * 100)

@@ -39,7 +39,7 @@ def test_similarity_is_a_group(a, b, c):
 
 
 @given(similarities)
-def test_similarity_matrix_agrees_and_returns(a):
+def test_similarity_matrix_round_trip(a):
     homogeneous = np.column_stack((points, np.ones(len(points))))
     assert np.allclose(homogeneous @ a.matrix().T, a.apply(points))
     assert close(Similarity2.from_matrix(a.matrix()), a)

@@ -40,7 +40,7 @@ def test_top_right_pixel_by_hand():
 
 
 @given(frames, st.integers(0, 39), st.integers(0, 39))
-def test_pixel_and_cell_name_the_same_metre(frame, row, col):
+def test_pixels_and_cells_have_the_same_coordinates(frame, row, col):
     cell = frame.metres_from_cells([[row, col]])[0]
     assert pixel_to_metre(frame, col, frame.shape[0] - 1 - row) == pytest.approx(cell, abs=1e-9)
 
@@ -62,7 +62,7 @@ def test_pixel_matrix_agrees_with_the_metric_transform(target, source, target_fr
 
 
 @given(frames, frames, similarities)
-def test_similarity_comes_back_from_pixels(target, source, truth):
+def test_similarity_round_trip_through_pixels(target, source, truth):
     back = similarity_from_pixels(target, pixel_matrix(target, truth, source), source)
     assert (back.x, back.y, back.scale) == pytest.approx((truth.x, truth.y, truth.scale), abs=1e-5)
     assert math.remainder(back.yaw - truth.yaw, math.tau) == pytest.approx(0.0, abs=1e-7)
@@ -75,7 +75,7 @@ def test_pixel_angle_has_the_opposite_sign_of_yaw():
 
 
 @given(frames, frames, similarities, metres, metres)
-def test_moving_both_origins_leaves_the_pixel_matrix(target, source, truth, dx, dy):
+def test_moving_both_origins_keeps_the_pixel_matrix(target, source, truth, dx, dy):
     moved_target = GridFrame(target.resolution, SE2(dx, dy) @ target.origin, target.shape)
     moved = Similarity2(dx, dy) @ truth
     assert np.allclose(pixel_matrix(moved_target, moved, source), pixel_matrix(target, truth, source), atol=1e-6)

@@ -1,4 +1,4 @@
-"""The disguise: where cells go, what survives, and that the recorded truth undoes it."""
+"""Frame perturbations: positions of cells, survival of walls, and their inverse by the recorded truth."""
 
 import math
 
@@ -82,7 +82,7 @@ def test_walls_stay_closed(start_from_map):
 
 
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])
-def test_quarter_turns_only_turn_the_array(turns):
+def test_quarter_turns_only_rotate_the_array(turns):
     grid = room()
     hidden = perturb_frame(grid, Similarity2(yaw=-turns * math.pi / 2))
     expected = np.rot90(grid.log_odds[7:51, 7:71], k=-turns)
@@ -119,13 +119,13 @@ def test_draws_stay_in_their_ranges_and_pairs_within_the_width():
     assert 2.7 < max(abs(one.x) for one in back) <= 3.0
 
 
-def test_each_map_of_a_team_is_disguised_in_its_own_way():
+def test_each_map_of_a_team_has_its_own_perturbation():
     team = draw_frame_perturbations(3, 4, FramePerturbationRanges())
     for name in ("x", "y", "yaw", "scale"):
         assert len({getattr(one, name) for one in team}) == 4
 
 
-def test_honest_disguises_keep_the_scale_and_all_else():
+def test_honest_perturbations_keep_the_scale_and_the_other_draws():
     for honest, hidden in zip(
         draw_frame_perturbations(3, 3, HONEST), draw_frame_perturbations(3, 3, FramePerturbationRanges()), strict=True
     ):
@@ -134,7 +134,7 @@ def test_honest_disguises_keep_the_scale_and_all_else():
         assert honest.inverse().x == pytest.approx(hidden.inverse().x)
 
 
-def test_a_new_robot_changes_no_other_robot():
+def test_another_robot_changes_no_other_perturbation():
     assert draw_frame_perturbations(3, 5, FramePerturbationRanges())[:2] == draw_frame_perturbations(
         3, 2, FramePerturbationRanges()
     )
@@ -145,16 +145,16 @@ def test_a_new_robot_changes_no_other_robot():
     [{"scale_low": 0.0}, {"scale_low": 3.0}, {"max_yaw": 4.0}, {"max_offset": -1.0}, {"max_offset": math.inf}],
 )
 def test_bad_ranges_are_refused(setting):
-    with pytest.raises(ValueError, match="DisguiseRanges"):
+    with pytest.raises(ValueError, match="frame perturbation"):
         FramePerturbationRanges(**setting)
 
 
 def test_a_blank_grid_is_refused():
-    with pytest.raises(ValueError, match="knows no cell"):
+    with pytest.raises(ValueError, match="no known cell"):
         perturb_frame(OccupancyGrid(GridFrame(0.05, SE2(), (3, 3)), np.zeros((3, 3), np.float32)), Similarity2())
 
 
-def test_a_map_that_could_not_be_read_again_is_refused() -> None:
+def test_a_map_too_large_to_be_read_is_refused() -> None:
     grid = OccupancyGrid(GridFrame(0.05, SE2(), (2000, 2000)), np.ones((2000, 2000), np.float32))
     with pytest.raises(ValueError, match="20000 x 20000 cells"):
         perturb_frame(grid, Similarity2(0.0, 0.0, 0.0, 0.1))

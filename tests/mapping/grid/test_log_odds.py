@@ -43,7 +43,7 @@ def crossed(x0, y0, x1, y1):
 
 
 @given(*[st.floats(0, SIDE, exclude_max=True)] * 4)
-def test_traversal_is_that_of_the_slow_reference(x0, y0, x1, y1):
+def test_traversal_equals_the_slow_reference(x0, y0, x1, y1):
     assert crossed(x0, y0, x1, y1) == set(slow_traverse(x0, y0, x1, y1))
 
 
@@ -54,7 +54,7 @@ def test_traversal_through_corners_and_along_borders(x0, y0, x1, y1):
 
 @pytest.mark.parametrize("name", SENSOR_MODELS)
 @pytest.mark.parametrize("clear_range", [0.0, 3.0, 100.0])
-def test_mapper_is_that_of_the_slow_reference_cell_for_cell(name, clear_range):
+def test_mapper_equals_the_slow_reference_in_every_cell(name, clear_range):
     rng = np.random.default_rng(5)
     scans = [(random_scan(rng), SE2(*rng.uniform(-3, 3, 2), rng.uniform(-9, 9))) for _ in range(12)]
     mapper = LogOddsMapper(0.25, sensor_model(name), clear_range)
@@ -83,7 +83,7 @@ def test_a_hit_wins_over_misses_of_the_same_scan():
     assert grid.occupancy().tolist() == [[0, 100, 100]]
 
 
-def test_each_cell_counts_once_a_scan():
+def test_each_cell_counts_once_per_scan():
     scan = LidarScan(0.0, 0.0, 1e-6, 0.1, 8.0, np.full(50, 3.0, np.float32))
     mapper = LogOddsMapper(1.0, LogOddsModel("once", 0.7, 0.4, -50.0, 50.0))
     mapper.integrate(scan, SE2(0.5, 0.5, 0.0))
@@ -113,7 +113,7 @@ def test_no_return_clears_nothing_unless_asked():
         mapper.grid()
 
 
-def test_growth_keeps_what_was_seen():
+def test_growth_keeps_observed_cells():
     rng = np.random.default_rng(2)
     poses = [SE2(x, y, 0.3) for x, y in [(0, 0), (-40, 3), (25, -60), (80, 80)]]
     scans = [random_scan(rng) for _ in poses]
@@ -128,10 +128,10 @@ def test_growth_keeps_what_was_seen():
     assert np.array_equal(grid.log_odds[cells[:, 0], cells[:, 1]], first.log_odds[first.known])
 
 
-def test_a_map_past_any_place_is_refused():
+def test_a_map_with_too_many_cells_is_refused():
     mapper = LogOddsMapper(0.05)
     mapper.integrate(scan_of([1.0]), SE2())
-    with pytest.raises(ValueError, match="past any place"):
+    with pytest.raises(ValueError, match="must have at most"):
         mapper.integrate(scan_of([1.0]), SE2(1e7, 1e7, 0.0))
 
 
@@ -162,7 +162,7 @@ def after(name, hits, misses):
         ("hector", 0.9, 0.4, 0.0, 1.0),  # map_update_factor_occupied and _free; 50 in log-odds is as good as certain
     ],
 )
-def test_a_hit_and_a_miss_weigh_what_their_source_says(name, hit, miss, least, most):
+def test_hit_and_miss_have_the_log_odds_of_their_source(name, hit, miss, least, most):
     def probability(hits, misses):
         return 1.0 / (1.0 + math.exp(-after(name, hits, misses)))
 
@@ -193,7 +193,7 @@ def test_hector_stops_at_fifty():
         ("karto", 1, 8, 1),
     ],
 )
-def test_hits_over_visits_count_as_their_source_says(name, hits, misses, sign):
+def test_counting_models_follow_their_source(name, hits, misses, sign):
     assert np.sign(after(name, hits, misses)) == sign
 
 

@@ -18,7 +18,7 @@ def places(grid, mask):
 
 
 @given(arrays(np.int8, FRAME.shape, elements=st.sampled_from([-1, -1, -1, 0, 100])), st.integers(0, 3))
-def test_cropping_moves_no_known_cell_and_leaves_just_the_margin(occupancy, margin):
+def test_cropping_keeps_all_known_cells_and_exactly_the_margin(occupancy, margin):
     grid = OccupancyGrid.from_occupancy(FRAME, occupancy)
     cropped = grid.cropped(margin)
     for mask in ("occupied", "free"):
@@ -31,13 +31,13 @@ def test_cropping_moves_no_known_cell_and_leaves_just_the_margin(occupancy, marg
         assert (known.max(axis=0) == np.array(cropped.frame.shape) - 1 - margin).all()
 
 
-def test_a_grid_that_knows_nothing_keeps_one_cell_and_its_margin():
+def test_a_grid_without_known_cells_keeps_one_cell_and_its_margin():
     blank = OccupancyGrid(FRAME, np.zeros(FRAME.shape, np.float32))
     assert blank.cropped(2).frame.shape == (5, 5)
 
 
 @pytest.mark.parametrize("corner", [(0, 0), (2, 3), (-4, 1)])
-def test_a_window_keeps_the_cells_where_they_are(corner):
+def test_a_window_keeps_the_coordinates_of_cells(corner):
     window = FRAME.window(corner, (3, 4))
     cells = np.array([[0, 0], [2, 3]])
     np.testing.assert_allclose(
@@ -45,7 +45,7 @@ def test_a_window_keeps_the_cells_where_they_are(corner):
     )
 
 
-def test_known_diagonal_is_that_of_the_known_box():
+def test_known_diagonal_is_that_of_the_bounding_box():
     log_odds = np.zeros((50, 50), np.float32)
     assert OccupancyGrid(GridFrame(0.1, SE2(), (50, 50)), log_odds).known_diagonal == 0.0
     log_odds[10:13, 20:24] = -1.0

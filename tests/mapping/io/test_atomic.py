@@ -60,7 +60,7 @@ def test_a_file_that_cannot_be_renamed_leaves_nothing(tmp_path: Path) -> None:
     assert names(tmp_path) == {"taken"}
 
 
-def test_a_link_is_written_through(tmp_path: Path) -> None:
+def test_the_target_of_a_link_is_written(tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
     (tmp_path / "disk/there").write_bytes(b"old")
     for name in ("there", "new"):
@@ -72,10 +72,10 @@ def test_a_link_is_written_through(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir, lambda path: path.symlink_to("/dev/null")])
-def test_what_is_no_regular_file_is_never_replaced(tmp_path: Path, make: Callable[[Path], None]) -> None:
+def test_only_regular_files_are_replaced(tmp_path: Path, make: Callable[[Path], None]) -> None:
     make(tmp_path / "special")
     before = (tmp_path / "special").lstat()
-    with pytest.raises(FileExistsError, match="special: is there and is no regular file"):
+    with pytest.raises(FileExistsError, match="special: exists and is not a regular file"):
         write_files_aside({tmp_path / "usual": b"data", tmp_path / "special": b"data"})
     assert (tmp_path / "special").lstat() == before
     assert names(tmp_path) == {"special"}
@@ -93,7 +93,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
         write_bytes_aside(tmp_path / "no/file", b"data")
 
 
-def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) -> None:
+def test_no_file_is_written_if_one_cannot_be(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"old")
     limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)); {WRITE_BOTH}"
     done = subprocess.run([sys.executable, "-c", limit, str(tmp_path)], cwd=ROOT, capture_output=True, text=True)

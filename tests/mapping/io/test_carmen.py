@@ -73,7 +73,7 @@ def test_no_return_reads_beyond_the_maximum_and_too_close_reads_zero(tmp_path: P
     assert farthest[0] == 12.0  # type: ignore[index]
 
 
-def test_the_laser_stands_where_it_is_mounted(tmp_path: Path) -> None:
+def test_the_laser_pose_includes_the_mounting(tmp_path: Path) -> None:
     scan = LidarScan(0.0, 0.0, 0.1, 0.1, 12.0, [1.0])
     quarter = Trajectory([0.0], [[3.0, 4.0, math.pi / 2.0]])
     save_carmen(tmp_path / "log.carmen", RobotLog((scan,), quarter, MOUNTING))
@@ -81,7 +81,7 @@ def test_the_laser_stands_where_it_is_mounted(tmp_path: Path) -> None:
     assert entry["laser"] == pytest.approx([3.1, 4.2, math.pi / 2.0 + 0.5])
 
 
-def test_the_truth_stands_before_each_scan(tmp_path: Path, log: RobotLog) -> None:
+def test_a_truepos_line_precedes_each_scan(tmp_path: Path, log: RobotLog) -> None:
     truth = Trajectory(STAMPS, [[1.0, 2.0, 3.0], [4.0, 5.0, -1.0], [7.0, 8.0, 0.5]])
     save_carmen(tmp_path / "log.carmen", log, truth)
     entries = read(tmp_path / "log.carmen")

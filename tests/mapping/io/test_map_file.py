@@ -99,7 +99,7 @@ def test_any_thresholds_read_as_in_nav2(thresholds: tuple[float, float], mode: s
 
 
 @pytest.mark.parametrize("mode", ["trinary", "scale", "raw"])
-def test_what_is_not_opaque_is_unknown_except_in_raw_mode(tmp_path: Path, mode: str) -> None:
+def test_transparent_pixels_are_unknown_except_in_raw_mode(tmp_path: Path, mode: str) -> None:
     alphas, greys = np.meshgrid([0, 1, 128, 254, 255], [0, 60, 120, 205, 254], indexing="ij")
     pixels = np.stack((greys, greys, greys, alphas), axis=-1).astype(np.uint8)
     path = write_map(tmp_path, pixels, image="map.png", mode=mode)
@@ -169,7 +169,7 @@ def grids(draw: st.DrawFn) -> OccupancyGrid:
 @given(
     grids(), st.sampled_from([("trinary", "pgm"), ("trinary", "png"), ("scale", "png"), ("raw", "pgm"), ("raw", "png")])
 )
-def test_what_is_written_is_read_back(grid: OccupancyGrid, kind: tuple[Mode, Literal["pgm", "png"]]) -> None:
+def test_a_saved_map_is_read_back(grid: OccupancyGrid, kind: tuple[Mode, Literal["pgm", "png"]]) -> None:
     mode, picture = kind
     with tempfile.TemporaryDirectory() as folder:
         save_map(grid, Path(folder) / "a.b c", mode=mode, picture=picture)
@@ -182,7 +182,7 @@ def test_what_is_written_is_read_back(grid: OccupancyGrid, kind: tuple[Mode, Lit
     assert (loaded.unit, loaded.name, loaded.warnings) == ("m", "a.b c", ())
 
 
-def test_the_yaml_as_another_reader_sees_it(tmp_path: Path) -> None:
+def test_the_yaml_has_the_fields_of_map_server(tmp_path: Path) -> None:
     frame = GridFrame(0.0537, SE2(-12.3456789012345, 1e-7, 0.7853981633974483), (1, 2))
     save_map(OccupancyGrid.from_occupancy(frame, [[100, -1]]), tmp_path / "map")
     assert yaml.safe_load((tmp_path / "map.yaml").read_text()) == {
@@ -214,7 +214,7 @@ def test_equal_grids_give_equal_bytes(tmp_path: Path, mode: Mode, picture: Liter
 
 def test_scale_mode_needs_a_png(tmp_path: Path) -> None:
     grid = OccupancyGrid.from_occupancy(GridFrame(0.05, SE2(), (1, 1)), [[-1]])
-    with pytest.raises(ValueError, match="PGM cannot hold transparency"):
+    with pytest.raises(ValueError, match="PGM has no transparency"):
         save_map(grid, tmp_path / "map", mode="scale")
     assert not list(tmp_path.iterdir())
 
@@ -226,11 +226,11 @@ def test_scale_mode_needs_a_png(tmp_path: Path) -> None:
 def test_a_yaw_of_nan_is_zero_with_a_warning(tmp_path: Path, nan: str) -> None:
     loaded = load_map(write_map(tmp_path, np.zeros((2, 2), np.uint8), origin=f"[1.5, -2, {nan}]"))
     assert loaded.grid.frame.origin == SE2(1.5, -2.0, 0.0)
-    assert loaded.warnings == ("the origin's yaw is NaN; 0 is taken",)
+    assert loaded.warnings == ("the origin's yaw is NaN; 0 is used",)
 
 
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
-def test_205_that_reads_as_free_is_told_once_and_overridden(tmp_path: Path, mode: str) -> None:
+def test_free_grey_205_gives_one_warning_and_can_be_overridden(tmp_path: Path, mode: str) -> None:
     grey = np.array([[205, 205, 254, 0]], dtype=np.uint8)
     path = write_map(tmp_path, grey, free_thresh=0.25, mode=mode)
     loaded = load_map(path)
@@ -243,21 +243,21 @@ def test_205_that_reads_as_free_is_told_once_and_overridden(tmp_path: Path, mode
     assert overridden.warnings == ()
 
 
-def test_205_is_not_mentioned_where_it_is_unknown_or_absent(tmp_path: Path) -> None:
+def test_unknown_or_absent_grey_205_gives_no_warning(tmp_path: Path) -> None:
     assert load_map(write_map(tmp_path, np.array([[205, 0]], np.uint8))).warnings == ()
     assert load_map(write_map(tmp_path, np.array([[254, 0]], np.uint8), free_thresh=0.25)).warnings == ()
     transparent = np.array([[[205, 205, 205, 0], [0, 0, 0, 255]]], np.uint8)
     assert load_map(write_map(tmp_path, transparent, image="map.png", mode="scale")).warnings == ()
 
 
-def test_missing_thresholds_are_map_servers_with_a_warning(tmp_path: Path) -> None:
+def test_missing_thresholds_have_defaults_and_give_a_warning(tmp_path: Path) -> None:
     path = write_map(tmp_path, np.array([[205, 254, 0]], np.uint8))
     path.write_text("image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n")
     loaded = load_map(path)
     assert loaded.grid.occupancy().tolist() == [[-1, 0, 100]]
     assert loaded.warnings == (
-        "no field occupied_thresh; 0.65 is taken",
-        "no field free_thresh; 0.196 is taken",
+        "no field occupied_thresh; 0.65 is used",
+        "no field free_thresh; 0.196 is used",
     )
 
 
@@ -268,7 +268,7 @@ def test_negate_is_a_number_or_a_word(tmp_path: Path, text: str, negate: bool) -
 
 
 @pytest.mark.parametrize("image", ["map.pgm", "map.png"])
-def test_a_bare_picture_has_cells_for_a_unit(tmp_path: Path, image: str) -> None:
+def test_the_unit_of_a_bare_picture_is_cells(tmp_path: Path, image: str) -> None:
     write_map(tmp_path, np.array([[0, 205], [254, 254]], np.uint8), image=image)
     loaded = load_map(tmp_path / image)
     assert loaded.unit == "cell"
@@ -343,7 +343,7 @@ def test_a_one_bit_png_is_black_and_white(tmp_path: Path) -> None:
     assert load_map(path).grid.occupancy().tolist() == [[0, 100]]
 
 
-def test_a_map_without_a_known_cell_is_refused_where_one_is_needed(tmp_path: Path) -> None:
+def test_require_known_refuses_a_map_without_known_cells(tmp_path: Path) -> None:
     empty = load_map(write_map(tmp_path, np.full((2, 2), 205, np.uint8)))
     with pytest.raises(ValueError, match=r"map\.yaml: every cell of the map is unknown"):
         require_known(empty)
@@ -351,7 +351,7 @@ def test_a_map_without_a_known_cell_is_refused_where_one_is_needed(tmp_path: Pat
     assert require_known(known) is known
 
 
-def test_a_picture_named_instead_of_its_yaml_is_told(tmp_path: Path) -> None:
+def test_a_picture_beside_its_yaml_gives_a_warning(tmp_path: Path) -> None:
     write_map(tmp_path, np.array([[0, 254]], np.uint8))
     (warning,) = load_map(tmp_path / "map.pgm").warnings
     assert "map.yaml beside it" in warning

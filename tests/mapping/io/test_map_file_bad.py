@@ -108,12 +108,12 @@ def test_a_bad_field_is_named_with_its_value(folder: Path, old: str, new: str, m
         (b"#" * (MAX_BYTES + 1), "the file has 65537 bytes"),
     ],
 )
-def test_what_is_not_a_map_yaml_is_refused(folder: Path, text: bytes, message: str) -> None:
+def test_other_yaml_files_are_refused(folder: Path, text: bytes, message: str) -> None:
     (folder / "map.yaml").write_bytes(text)
     assert refusal(folder / "map.yaml").startswith(f"map.yaml: {message}")
 
 
-def test_a_value_that_repeats_itself_without_end_is_shown_short(folder: Path) -> None:
+def test_a_recursive_value_is_shortened_in_the_message(folder: Path) -> None:
     levels = "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 40))
     (folder / "map.yaml").write_text("a0: &a0 [lol]\n" + levels + "resolution: *a39\nimage: x\norigin: [0,0,0]\n")
     assert refusal(folder / "map.yaml").startswith("map.yaml: resolution is [[[")
@@ -179,7 +179,7 @@ def test_missing_files_are_named(folder: Path) -> None:
     assert str(caught.value) == f"{folder / 'map.yaml'}: image map.pgm: no such file"
 
 
-def test_what_is_not_a_file_is_refused(folder: Path) -> None:
+def test_folders_and_devices_are_refused(folder: Path) -> None:
     (folder / "dir.yaml").mkdir()
     assert refusal(folder / "dir.yaml") == "dir.yaml: not a file"
     (folder / "map.pgm").unlink()

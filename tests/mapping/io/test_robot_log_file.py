@@ -45,7 +45,7 @@ def assert_same(a: RobotLog, b: RobotLog) -> None:
 
 @settings(max_examples=60)
 @given(st.integers(0, 2**32), st.integers(1, 12), st.integers(1, 40))
-def test_a_log_comes_back_to_the_last_bit_and_twice_as_the_same_bytes(seed: int, scans: int, beams: int) -> None:
+def test_a_log_round_trip_keeps_every_bit_and_byte(seed: int, scans: int, beams: int) -> None:
     log = random_log(seed, scans, beams)
     with tempfile.TemporaryDirectory() as folder:
         first, second = Path(folder) / "first.npz", Path(folder) / "second.npz"
@@ -133,7 +133,7 @@ def test_a_file_of_another_kind_is_refused(path: Path) -> None:
         ("robot", lambda a: np.array(7), "robot is of type int64 and shape ()"),
     ],
 )
-def test_a_value_that_would_make_a_bad_map_is_refused(path: Path, name: str, change, message: str) -> None:
+def test_invalid_values_are_refused(path: Path, name: str, change, message: str) -> None:
     with np.load(path) as archive:
         fields = {field: archive[field] for field in FIELDS}
     fields["ranges"][2, 3] = 3.25

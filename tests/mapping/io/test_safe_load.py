@@ -23,7 +23,7 @@ def refusal(path: Path, data: bytes) -> str:
     return message.removeprefix(f"{path}: ")
 
 
-def test_plain_values_come_back(tmp_path: Path) -> None:
+def test_plain_values_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "good.json"
     path.write_text(json.dumps(GOOD))
     assert read_json(path) == read_yaml(path) == GOOD
@@ -48,19 +48,19 @@ def test_plain_values_come_back(tmp_path: Path) -> None:
         (b"[" * 100_000, "not "),
     ],
 )
-def test_what_cannot_be_used_is_refused_by_name(tmp_path: Path, name: str, text: bytes, message: str) -> None:
+def test_unusable_files_are_refused_by_name(tmp_path: Path, name: str, text: bytes, message: str) -> None:
     assert refusal(tmp_path / name, text).startswith(message)
 
 
 @pytest.mark.parametrize("constant", [b"NaN", b"Infinity", b"-Infinity", b"1e999"])
-def test_what_is_no_finite_number_is_no_json(tmp_path: Path, constant: bytes) -> None:
+def test_json_with_numbers_that_are_not_finite_is_refused(tmp_path: Path, constant: bytes) -> None:
     assert any(word in refusal(tmp_path / "bad.json", b"[%s]" % constant) for word in ("NaN", "Infinity", "inf"))
 
 
 @pytest.mark.parametrize(
     "text", [b"x: .inf", b"x: 2001-99-99", b"a: &a [1]\nb: *a", b"{? {} : 1}", b"x: !!python/name:os.system"]
 )
-def test_what_yaml_adds_is_refused_too(tmp_path: Path, text: bytes) -> None:
+def test_yaml_tags_and_aliases_are_refused(tmp_path: Path, text: bytes) -> None:
     assert refusal(tmp_path / "bad.yaml", text)
 
 

@@ -24,7 +24,7 @@ def test_the_round_trip(tmp_path: Path) -> None:
     np.testing.assert_allclose(again.poses[:, 2], walked.poses[:, 2], atol=1e-14)
 
 
-def test_the_quaternion_turns_x_to_where_the_robot_looks(tmp_path: Path) -> None:
+def test_the_quaternion_rotates_x_to_the_heading(tmp_path: Path) -> None:
     save_tum(tmp_path / "path.tum", Trajectory([0.5], [[1.0, 2.0, 2.5]]))
     stamp, x, y, z, *quaternion = (float(word) for word in (tmp_path / "path.tum").read_text().splitlines()[-1].split())
     assert (stamp, x, y, z) == (0.5, 1.0, 2.0, 0.0)

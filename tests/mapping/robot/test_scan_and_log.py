@@ -29,7 +29,7 @@ def test_beams_that_exceed_a_turn_are_refused():
         scan(ranges=[1.0] * 100)
 
 
-def test_beams_that_all_look_one_way_are_refused():
+def test_beams_that_all_point_one_way_are_refused():
     with pytest.raises(ValueError, match="angle_increment is zero"):
         scan(increment=0.0)
 
@@ -41,17 +41,17 @@ def test_angles_and_points_by_hand():
 
 
 @pytest.mark.parametrize("stamps", [(0.0, 0.0), (1.0, 0.5)])
-def test_time_moves_forward(stamps):
+def test_stamps_must_increase(stamps):
     with pytest.raises(ValueError, match="does not come after"):
         Trajectory(np.array(stamps), np.zeros((2, 3)))
 
 
-def test_poses_are_finite():
+def test_poses_must_be_finite():
     with pytest.raises(ValueError, match="poses"):
         Trajectory(np.array([0.0]), np.array([[0.0, math.inf, 0.0]]))
 
 
-def test_moved_trajectory_is_that_of_the_poses():
+def test_moving_a_trajectory_moves_each_pose():
     trajectory = Trajectory(np.arange(3.0), np.array([[1.0, 2.0, 0.3], [2.0, 2.0, 1.0], [3.0, -1.0, 2.0]]))
     new_from_old = SE2(4.0, -2.0, 1.2)
     moved = trajectory.moved(new_from_old)
@@ -63,7 +63,7 @@ def test_moved_trajectory_is_that_of_the_poses():
     assert (start.x, start.y, start.yaw) == pytest.approx((0.0, 0.0, 0.0))
 
 
-def test_a_log_needs_a_pose_a_scan():
+def test_a_log_needs_one_pose_for_each_scan():
     poses = Trajectory(np.array([0.0, 1.0]), np.zeros((2, 3)))
     with pytest.raises(ValueError, match="1 scans, but 2 poses"):
         RobotLog((scan(),), poses, SE2())
@@ -78,7 +78,7 @@ def test_arrays_inside_values_cannot_be_written():
         scan().ranges[0] = 3.0
 
 
-def test_a_value_keeps_what_it_was_given():
+def test_records_copy_their_arrays():
     ranges = np.array([1.0, 2.0], np.float32)
     kept = scan(ranges=ranges)
     ranges[0] = 5.0

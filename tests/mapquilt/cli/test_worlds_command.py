@@ -179,7 +179,7 @@ def test_what_is_no_world_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "missing.json: No such file" in refusal(capsys, "worlds", "show", tmp_path / "missing.json")
     assert "is a folder" in refusal(capsys, "worlds", "show", tmp_path)
     assert "notes.txt: is no world file" in refusal(capsys, "worlds", "show", text)
-    assert "aliases are not read" in refusal(capsys, "worlds", "show", laughs)
+    assert "it has aliases, which are not allowed" in refusal(capsys, "worlds", "show", laughs)
     assert "width is 4 m, too small" in refusal(capsys, "worlds", "show", "house", "--width", "4")
     assert "ends in .json" in refusal(capsys, "worlds", "make", "maze", "--out", tmp_path / "maze.txt")
     assert "--seed -1: must" in refusal(capsys, "worlds", "show", "maze", "--seed=-1")

@@ -136,7 +136,7 @@ def test_a_link_is_written_through_to_a_map_that_loads(source: Path, tmp_path: P
 @pytest.mark.parametrize("out", ["out.pgm", "out.yaml"])
 def test_a_device_is_never_replaced(source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], out: str):
     os.mkfifo(tmp_path / "out.pgm")
-    assert "out.pgm: is there and is no regular file" in refused(capsys, source, tmp_path / out)
+    assert "out.pgm: exists and is not a regular file" in refused(capsys, source, tmp_path / out)
     assert (tmp_path / "out.pgm").is_fifo()
     assert not (tmp_path / "out.yaml").exists()
 

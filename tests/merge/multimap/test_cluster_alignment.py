@@ -37,7 +37,7 @@ def slow_support(chosen, other, first, second):
     return other is chosen or MODEL.agrees(other, predicted, slack)
 
 
-def test_the_best_supported_place_is_that_of_the_edges_that_agree():
+def test_the_best_alignment_has_the_most_support():
     for seed in range(20):
         poses, rng = world(6, seed)
         first, second = groups_of(poses, rng)
@@ -53,7 +53,7 @@ def test_the_best_supported_place_is_that_of_the_edges_that_agree():
         assert sorted(p for join in told for p in ends(join.edges)) == pairs  # each has its say once
 
 
-def test_edges_are_told_from_the_first_group_whichever_way_they_came():
+def test_edges_of_an_alignment_have_their_target_in_the_first_cluster():
     poses, rng = world(6, 3)
     first, second = groups_of(poses, rng)
     one = edge(poses, 1, 4, rng)
@@ -64,7 +64,7 @@ def test_edges_are_told_from_the_first_group_whichever_way_they_came():
     assert np.hypot(found.x - truth.x, found.y - truth.y) < 10.0 * DEVIATIONS[0] * max(1.0, truth.scale)
 
 
-def test_hops_and_connection():
+def test_hop_distances_and_connectivity():
     poses, rng = world(4, 0)
     members = {k: Similarity2() for k in range(4)}
     held = (edge(poses, 0, 1, rng), edge(poses, 1, 3, rng))

@@ -59,7 +59,7 @@ def ends(edges):
 
 @given(st.integers(0, 10_000), st.integers(4, 9))
 @settings(max_examples=15, deadline=None)
-def test_wrong_answers_among_many_are_put_aside_and_no_map_is_lost(seed, number):
+def test_wrong_answers_among_many_are_rejected_and_no_map_is_lost(seed, number):
     poses, rng = world(number, seed)
     pairs = [(a, b) for a in range(number) for b in range(a + 1, number)]
     wrong = {pairs[k] for k in rng.permutation(len(pairs))[: int(0.3 * len(pairs))]}
@@ -83,7 +83,7 @@ def test_one_wrong_answer_in_a_ring_of_right_ones_with_a_chord_is_found():
     check_poses(group, poses)
 
 
-def test_the_cells_settle_what_a_triangle_cannot():
+def test_cells_decide_where_a_triangle_is_ambiguous():
     """Of three answers one is wrong, and the surest: nothing but the cells can say which."""
     poses, rng = world(3, 3)
     edges = [
@@ -100,13 +100,13 @@ def test_the_cells_settle_what_a_triangle_cannot():
     assert ends(group.edges) == {(0, 1), (1, 2)}
 
 
-def test_maps_that_no_answer_joins_are_groups_of_their_own():
+def test_maps_without_answers_are_clusters_of_their_own():
     poses, rng = world(6, 2)
     groups = consistent(6, [edge(poses, 0, 3, rng), edge(poses, 1, 4, rng), edge(poses, 4, 5, rng)], silent, False)
     assert [sorted(group.poses) for group in groups] == [[0, 3], [1, 4, 5], [2]]
 
 
-def test_a_join_that_the_cells_contradict_is_not_made():
+def test_clusters_are_not_joined_against_the_cells():
     poses, rng = world(3, 4)
     edges = [edge(poses, 0, 1, rng), edge(poses, 1, 2, rng, wrong=True, weight=1.0)]
 
@@ -128,7 +128,7 @@ def test_the_order_and_the_direction_of_answers_change_nothing():
         np.testing.assert_allclose(a.matrix(), b.matrix(), atol=0.05)
 
 
-def test_an_edge_told_back_and_forth_is_itself():
+def test_reversing_an_edge_twice_gives_the_edge():
     poses, rng = world(2, 6)
     one = edge(poses, 0, 1, rng)
     again = one.reversed().reversed()
@@ -136,7 +136,7 @@ def test_an_edge_told_back_and_forth_is_itself():
     np.testing.assert_allclose(again.covariance, one.covariance, rtol=1e-6, atol=1e-9)
 
 
-def test_many_answers_average_what_each_gets_wrong():
+def test_many_answers_average_their_errors():
     errors = []
     for seed in range(8):
         poses, rng = world(6, 100 + seed)
@@ -146,7 +146,7 @@ def test_many_answers_average_what_each_gets_wrong():
     assert np.mean(errors) < 0.75 * math.sqrt(math.pi / 2.0)  # what one answer alone is off on average
 
 
-def test_more_speaks_for_the_truth_than_for_another_place():
+def test_true_poses_have_larger_log_odds_than_others():
     poses, rng = world(5, 7)
     edges = all_edges(poses, rng, {(0, 1)})
     (group,) = consistent(5, edges, silent, False)
@@ -170,7 +170,7 @@ def test_a_fixed_scale_stays(fixed):
         assert group.target_from_source(0, index).scale == pytest.approx(1.0, abs=1e-9 if fixed else 0.02)
 
 
-def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
+def test_a_slightly_wrong_answer_over_a_long_chain_is_rejected():
     """Its ends lie many right answers apart, which together give way until each of them, and it, passes; but what all
     the others say of its pair, they say too exactly for it."""
     number = 12
@@ -186,7 +186,7 @@ def test_a_wrong_answer_that_bends_a_long_ring_a_little_is_left_out():
     assert squares.max() < ConsistencyModel(silent, fixed_scale=False).gate
 
 
-def test_a_sure_wrong_answer_that_is_believed_first_keeps_no_map_out():
+def test_a_certain_wrong_answer_keeps_no_map_out():
     poses, rng = world(3, 9)
     edges = [
         edge(poses, 0, 1, rng, wrong=True, weight=3.0),

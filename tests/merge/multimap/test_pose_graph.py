@@ -21,7 +21,7 @@ FRAMES = (
 )
 
 
-def test_a_misfit_is_a_square_by_both_covariances():
+def test_squared_errors_use_both_covariances():
     rng = np.random.default_rng(0)
     root, slack_root = rng.standard_normal((2, 4, 4))
     covariance, slack = root @ root.T + np.eye(4), slack_root @ slack_root.T
@@ -34,7 +34,7 @@ def test_a_misfit_is_a_square_by_both_covariances():
         assert table.squared_errors(Similarity2Array.of([told]), fixed, slack)[0] == pytest.approx(expected)
 
 
-def test_slopes_are_those_of_finite_differences():
+def test_the_jacobian_equals_finite_differences():
     target, source = Similarity2(3.0, -2.0, 0.7, 1.3), Similarity2(-5.0, 4.0, -1.1, 0.8)
 
     def told(values):
@@ -58,7 +58,7 @@ def test_poses_are_packed_and_unpacked(unknowns):
         np.testing.assert_allclose(again[index].matrix(), pose.matrix(), atol=1e-12)
 
 
-def test_the_mean_of_a_cycle_shares_what_does_not_close_by_certainty():
+def test_a_cycle_distributes_its_error_by_covariance():
     """Three maps in a row, the sum told 3 too long by the third edge: each edge takes of it as it is uncertain."""
     step = Similarity2(10.0, 0.0)
 
@@ -73,7 +73,7 @@ def test_the_mean_of_a_cycle_shares_what_does_not_close_by_certainty():
     assert optimise_poses(found, surer, 0, fixed_scale=True)[2].x == pytest.approx(23.0, abs=1e-4)
 
 
-def test_a_covariance_in_metres_is_that_of_a_move_about_the_middle_of_the_source():
+def test_a_metric_covariance_becomes_that_of_a_move_about_the_middle():
     """By many draws: parameters in metres that scatter by the covariance scatter so, told in local cells."""
     truth = Similarity2(100.0, -50.0, 0.6, 2.0)
     rng = np.random.default_rng(0)
@@ -95,7 +95,7 @@ def test_a_covariance_in_metres_is_that_of_a_move_about_the_middle_of_the_source
 
 
 @pytest.mark.parametrize("fixed", [True, False])
-def test_the_strain_of_an_edge_is_what_all_others_fit_better_without_it(fixed):
+def test_a_leave_one_out_residual_is_the_gain_of_leaving_the_edge_out(fixed):
     """Least squares with and without each edge: the sum of squares falls by the strain. A bridge has none."""
     rng = np.random.default_rng(3)
     poses = {k: Similarity2(*rng.uniform(-20, 20, 2), rng.uniform(-3, 3)) for k in range(5)}

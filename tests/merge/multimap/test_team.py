@@ -49,7 +49,7 @@ def test_the_order_of_the_maps_changes_nothing(three, order):
         np.testing.assert_allclose(after.reference_from_map[name].matrix(), place.matrix(), atol=1e-3)
 
 
-def test_workers_change_no_byte(three):
+def test_the_number_of_workers_changes_no_byte(three):
     maps, _, alone = three
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
         shared = merge_maps(maps, executor=executor)
@@ -63,7 +63,7 @@ def test_workers_change_no_byte(three):
         )
 
 
-def test_a_wrong_answer_is_put_aside_and_the_pair_won_back(three):
+def test_a_wrong_answer_is_refused_and_the_pair_recovered(three):
     """The surest answer of three is wrong: the cells say which, and the pair is found where the others put it."""
     maps, frames, before = three
     answers = {(p.target, p.source): p for p in before.pairs}
@@ -78,7 +78,7 @@ def test_a_wrong_answer_is_put_aside_and_the_pair_won_back(three):
     assert result.left_out == {}
 
 
-def test_a_refused_pair_is_won_back_and_keeps_its_reason(three):
+def test_a_refused_pair_is_recovered_and_keeps_its_reason(three):
     maps, frames, before = three
     answers = {(p.target, p.source): p for p in before.pairs}
     answers["b", "c"] = dataclasses.replace(
@@ -108,7 +108,7 @@ def with_refused(before, refused, moves):
     return answers
 
 
-def test_a_map_that_every_single_pair_refused_is_won_back_where_two_of_them_agree(three):
+def test_a_map_is_recovered_if_two_refused_answers_agree(three):
     maps, frames, before = three
     answers = with_refused(before, [("a", "c"), ("b", "c")], {})
     result = merge_maps(maps, answers=answers)
@@ -118,7 +118,7 @@ def test_a_map_that_every_single_pair_refused_is_won_back_where_two_of_them_agre
         assert off_cells(pair.target_from_source, frames[k] @ frames[2].inverse(), maps.grids[2]) < 1.0
 
 
-def test_refused_answers_that_disagree_win_no_map_back(three):
+def test_refused_answers_that_disagree_recover_no_map(three):
     maps, _, before = three
     moves = {("b", "c"): Similarity2(3.0, -2.0, 1.0)}
     result = merge_maps(maps, answers=with_refused(before, [("a", "c"), ("b", "c")], moves))
@@ -126,7 +126,7 @@ def test_refused_answers_that_disagree_win_no_map_back(three):
     assert [pair.reason for pair in result.pairs[1:]] == [Reason.AMBIGUOUS, Reason.AMBIGUOUS]
 
 
-def test_refused_answers_that_agree_on_a_wrong_place_win_no_map_back(three):
+def test_refused_answers_that_agree_on_a_wrong_pose_recover_no_map(three):
     """Both put c three metres off, as one: what a and b have merged says otherwise."""
     maps, frames, before = three
     shift = Similarity2(3.0, -2.0)
@@ -138,7 +138,7 @@ def test_refused_answers_that_agree_on_a_wrong_place_win_no_map_back(three):
     assert not any(pair.accepted for pair in result.pairs[1:])
 
 
-def test_what_the_team_put_aside_is_accepted_again_by_itself(three):
+def test_an_answer_that_the_team_refused_is_accepted_by_itself(three):
     pair = dataclasses.replace(
         three[2].pairs[0], accepted=False, refusal=Refusal(Reason.CONTRADICTS_TEAM), decided_by="team"
     )
@@ -147,7 +147,7 @@ def test_what_the_team_put_aside_is_accepted_again_by_itself(three):
     assert again.target_from_source == three[2].pairs[0].target_from_source
 
 
-def test_joint_refinement_mends_poses_that_are_a_little_off(three):
+def test_joint_icp_corrects_small_pose_errors(three):
     maps, frames, _ = three
     solved = Team.of(maps, MergeSettings())
     (group,) = solve(solved, {}).clusters
@@ -177,14 +177,14 @@ def test_the_reference_can_be_chosen(three):
     assert result.merged.frame.origin.yaw == maps.grids[maps.names.index(name)].frame.origin.yaw
 
 
-def test_names_that_are_no_map_are_refused(three):
+def test_unknown_map_names_are_refused(three):
     with pytest.raises(ValueError, match="reference is 'x', must be the name of a map: a, b, c"):
         merge_maps(three[0], MergeSettings(reference="x"))
     with pytest.raises(ValueError, match="prior is 'y'"):
         merge_maps(three[0], MergeSettings(priors=(Prior("a", 0, 0, 0), Prior("y", 0, 0, 0))))
 
 
-def test_a_start_pose_tells_a_hall_from_the_hall_turned_round():
+def test_a_prior_resolves_a_symmetric_hall():
     maps, truth = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     assert not merge_maps(maps).pairs[0].accepted
     place = Prior("b", truth.x + 0.3, truth.y - 0.4, truth.yaw + 0.05, 1.0)
@@ -194,7 +194,7 @@ def test_a_start_pose_tells_a_hall_from_the_hall_turned_round():
     assert off_cells(pair.target_from_source, truth, maps.grids[1]) < 1.0
 
 
-def test_an_answer_far_from_the_start_poses_is_refused(three):
+def test_an_answer_that_contradicts_the_priors_is_refused(three):
     maps, _, before = three
     found = before.pairs[0].target_from_source
     priors = (Prior("a", 0, 0, 0), Prior("b", found.x + 30.0, found.y, found.yaw, 0.5))
@@ -241,7 +241,7 @@ def test_a_map_inside_another_joins_it_and_leaves_its_frame():
     assert off_cells(result.reference_from_map["inside"], truth, inside) < 0.5
 
 
-def test_two_copies_of_one_map_lie_on_one_another(three):
+def test_two_copies_of_one_map_coincide(three):
     grid = three[0].grids[0]
     result = merge_maps(MapSet(("one", "other"), (grid, grid), ("m", "m")))
     assert result.left_out == {}
@@ -249,7 +249,7 @@ def test_two_copies_of_one_map_lie_on_one_another(three):
     assert not result.groups[0].conflicts.occupied.any()
 
 
-def test_two_groups_each_get_a_merged_map(three):
+def test_each_cluster_gets_a_merged_map(three):
     maps, _, _ = three
     others, _ = team(21, 2)
     names = ("a", "p", "b", "q")
@@ -265,14 +265,14 @@ def test_two_groups_each_get_a_merged_map(three):
         assert group.merged.frame == group.conflicts.frame
 
 
-def test_the_most_promising_partners_of_each_map_are_taken():
+def test_the_best_partners_of_each_map_are_selected():
     promises = np.array([[0, 9, 8, 1], [9, 0, 7, 2], [8, 7, 0, 3], [1, 2, 3, 0]], float)
     pairs = [(a, b) for a in range(4) for b in range(a + 1, 4)]
     assert best_partners(promises, pairs, 1) == [(0, 1), (0, 2), (2, 3)]
     assert best_partners(promises, pairs, 3) == pairs
 
 
-def test_blocks_and_their_order_leave_out_no_pair():
+def test_blocks_and_their_order_contain_every_pair():
     pairs = [(a, b) for a in range(23) for b in range(a + 1, 23) if (a * b) % 5]
     assert sorted(pair for block in in_blocks(pairs, 10) for pair in block) == pairs
     assert max(len({k for pair in block for k in pair}) for block in in_blocks(pairs, 10)) <= 20
@@ -280,7 +280,7 @@ def test_blocks_and_their_order_leave_out_no_pair():
     assert in_matching_order([]) == []
 
 
-def test_pairs_of_near_maps_follow_one_another():
+def test_matching_order_keeps_maps_in_the_cache():
     """Maps in a ring, numbered anyhow: of so many that were last matched, a map is mostly among them."""
     ring = np.random.default_rng(0).permutation(40).tolist()
     pairs = sorted(tuple(sorted((ring[k], ring[(k + j) % 40]))) for k in range(40) for j in (1, 2))
@@ -297,7 +297,7 @@ def test_pairs_of_near_maps_follow_one_another():
     assert missed(in_matching_order(pairs)) < 0.7 * missed(pairs)
 
 
-def test_merged_cells_are_as_fine_as_the_finest_map_where_resolutions_are_trusted():
+def test_merged_cells_are_as_fine_as_the_finest_map_if_resolutions_are_trusted():
     """The reference is the larger map, in cells twice as wide as those of the other."""
     rng = np.random.default_rng(0)
     world = rooms(rng, 16.0, 11.0)
