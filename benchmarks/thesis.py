@@ -14,7 +14,7 @@ from rich.table import Table
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.benchmark.trial import one_thread, warm_up
+from mapquilt.jobs.timing import one_thread, warm_up
 from merge.literature.chen2021.correction import corrected
 from merge.merger import match_maps
 from merge.pair.feature_cache import MARGIN_CELLS

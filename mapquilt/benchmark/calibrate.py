@@ -1,4 +1,4 @@
-"""``mapquilt calibrate``: the constants of the merger's decision, fitted again."""
+"""``mapquilt calibrate``: fit the constants of the acceptance rule."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ import typer
 
 from mapping.io.atomic import folder_aside
 from mapping.seeds import Role, stream
-from mapquilt.benchmark.dataset_pairs import dataset_pairs
-from mapquilt.benchmark.files import calibration_record
-from mapquilt.benchmark.fitting import FITTED, fit_acceptance, judged_again
-from mapquilt.benchmark.folder import RELIABILITY_PICTURE
-from mapquilt.benchmark.run import run_benchmark
-from mapquilt.benchmark.selection import even_sample
-from mapquilt.benchmark.trial import Trial
+from mapquilt.benchmark.files import RELIABILITY_PICTURE, calibration_record
+from mapquilt.benchmark.fitting import FITTED, decide_again, fit_acceptance
+from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
+from mapquilt.benchmark.trials import run_benchmark
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.calibration import Calibration, calibration
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import write_record
@@ -47,43 +45,45 @@ def calibrate(
     check: Annotated[
         str | None, typer.Option(help="Split to check on.", show_default="test, or all with --check-dataset")
     ] = None,
-    method: Annotated[str, typer.Option(help="Method whose answers are judged.")] = "quilt",
-    limit: Annotated[int | None, typer.Option(help="Use so many pairs for each of both, chosen evenly.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the choice and of the method.")] = 0,
+    method: Annotated[str, typer.Option(help="Method whose confidence is fitted.")] = "quilt",
+    limit: Annotated[
+        int | None, typer.Option(help="Most pairs to fit on, and to check on, drawn evenly; default: all.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the sample and of the method.")] = 0,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Fit the merger's confidence to generated pairs, and check it on worlds that the fit has not seen.
+    """Fit the merger's confidence to generated pairs, and check it on worlds that were not fitted on.
 
-    Prints the constants as merge/verification/acceptance.py holds them, and writes them with the reliability diagram of
-    the check.
+    Prints the constants under their names in merge/verification/acceptance.py, and writes them with the reliability
+    diagram of the check. Example: mapquilt calibrate --dataset data --out calibration
     """
     if not check_dataset:
         check_dataset, split, check = dataset, split or "train", check or "test"
         if split == check:
-            raise ValueError(f"--check {check}: is the split that is fitted on")
+            raise ValueError(f"--check {check}: is the split of the fit, must be another")
     elif common := {path.resolve() for path in dataset} & {path.resolve() for path in check_dataset}:
-        raise ValueError(f"--check-dataset {min(common)}: is fitted on; leave it out to check on another split")
+        raise ValueError(f"--check-dataset {min(common)}: is also fitted on; leave it out to check on another split")
     refuse_foreign(out, CALIBRATION_FILE)
     with Runner(chosen_workers(workers, scheduler)) as runner:
-        fitted = fit_acceptance(_trials(dataset, split, method, limit, seed, runner, "to fit on"))
-        seen = _trials(check_dataset, check, method, limit, seed, runner, "to check on")
-    checked = calibration(judged_again(seen, fitted), 0)
+        fitted = fit_acceptance(_answers(dataset, split, method, limit, seed, runner, "to fit on"))
+        checked_pairs = _answers(check_dataset, check, method, limit, seed, runner, "to check on")
+    checked = calibration(decide_again(checked_pairs, fitted))
     if checked is None:
-        raise ValueError(f"{check_dataset[0]}: holds no pair to check on that is not bent")
+        raise ValueError(f"{check_dataset[0]}: has no pair with a reliable truth to check on")
     with folder_aside(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", acceptance_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
-        f"{out}: on {checked.pairs} other pairs: expected calibration error {checked.ece:.3f}, "
+        f"{out}: on {checked.pairs} pairs of the check: expected calibration error {checked.ece:.3f}, "
         f"Brier {checked.brier:.3f} (base rate {checked.base_brier:.3f}), AUC {auc}"
     )
     return 0
 
 
-def _trials(
+def _answers(
     dataset: Sequence[Path],
     split: str | None,
     method: str,
@@ -91,7 +91,7 @@ def _trials(
     seed: int,
     runner: Runner,
     purpose: str,
-) -> list[Trial]:
+) -> list[EvaluatedPair]:
     pairs = [pair for folder in dataset for pair in dataset_pairs(folder, split)]
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
@@ -100,5 +100,5 @@ def _trials(
 
 
 def acceptance_record(fitted: AcceptanceSettings, checked: Calibration) -> dict[str, Any]:
-    """What calibration.json holds; schema ``calibration``."""
+    """Build the content of calibration.json; schema ``calibration``."""
     return {"schema": SCHEMA, "acceptance": dataclasses.asdict(fitted), "check": calibration_record(checked)}

@@ -1,4 +1,4 @@
-"""The constants of the merger's decision, fitted on pairs whose transform is known."""
+"""Fit of the acceptance constants on pairs whose transform is known."""
 
 from __future__ import annotations
 
@@ -10,39 +10,44 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from mapquilt.benchmark.strata import OVERLAPS, overlap_class
-from mapquilt.benchmark.trial import Answer, Trial
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from merge.records.result import Evidence
 from merge.verification.acceptance import AcceptanceSettings, decide, features
 
 RIDGE = 1e-8
 FITTED = ("margin_weight", "contradiction_weight", "threshold")
 SIGNS = np.array([1.0, -1.0])
-"""Contradiction takes from the log-odds."""
+"""Contradiction lowers the log-odds."""
 
 LEAST_OVERLAP = OVERLAPS[1][0]
 
 
-def fit_acceptance(trials: Sequence[Trial], start: AcceptanceSettings = AcceptanceSettings()) -> AcceptanceSettings:  # noqa: B008
+def fit_acceptance(
+    pairs: Sequence[EvaluatedPair],
+    start: AcceptanceSettings = AcceptanceSettings(),  # noqa: B008
+) -> AcceptanceSettings:
     """Fit ``margin_weight``, ``contradiction_weight`` and ``threshold`` of ``start`` by logistic regression, the first
     two not negative.
 
-    ``trials`` hold one method's answers. Pairs of much overlap, of 15 to 30 %, and all that should be refused weigh a
-    third each, those counted that other rules refuse. What is fitted is the chance that the place is the right one
-    (``FOUND``), so that bent pairs teach as well. Left out are answers that other rules refuse
-    anyway, and pairs that are not identifiable: where two places look alike the evidence for the wrong one is as good
-    as any, and would only teach to mistrust it.
+    ``pairs`` are one method's answers. Three groups weigh a third each: overlap of at least 30 %, overlap of 15 to
+    30 %, and all pairs that should be refused, those counted that other rules refuse. The model predicts that the
+    answer lies at the right place (``RIGHT_PLACE``), so that distorted pairs are useful as well. Answers that other
+    rules refuse anyway are left out, and pairs that are not identifiable: where two places look alike, the evidence for
+    the wrong one is as good, and the fit would only learn to mistrust it.
 
-    Raises ``ValueError`` where right and wrong answers are not both there.
+    Raises ``ValueError`` if there are no right or no wrong answers.
     """
-    told = [trial for trial in trials if trial.negative or trial.pair.identifiable]
+    unambiguous = [one for one in pairs if one.negative or one.identifiable]
     judged = [
-        (trial, evidence, weight)
-        for trial, weight in zip(told, _weights([_group(trial) for trial in told]), strict=True)
-        for evidence in _open(trial, start)
+        (one, evidence, weight)
+        for one, weight in zip(unambiguous, _weights([_group(one) for one in unambiguous]), strict=True)
+        for evidence in _open_evidence(one, start)
     ]
-    right = np.array([trial.answers[0].found for trial, _, _ in judged])
+    right = np.array([one.right_place for one, _, _ in judged])
     if right.all() or not right.any():
-        raise ValueError(f"calibrate: needs right and wrong answers, of {len(right)} are {int(right.sum())} right")
+        raise ValueError(
+            f"calibrate: {int(right.sum())} of {len(right)} answers are right; the fit needs right and wrong ones"
+        )
     weights = np.array([weight for _, _, weight in judged])
     weights /= weights.sum()
     seen = np.array([features(evidence, start) for _, evidence, _ in judged]) * SIGNS
@@ -50,35 +55,31 @@ def fit_acceptance(trials: Sequence[Trial], start: AcceptanceSettings = Acceptan
     return dataclasses.replace(start, **fitted)
 
 
-def judged_again(trials: Sequence[Trial], settings: AcceptanceSettings) -> list[Trial]:
-    """The trials as they would have been decided by other constants."""
-    return [
-        dataclasses.replace(trial, answers=tuple(_decided(answer, settings) for answer in trial.answers))
-        for trial in trials
-    ]
+def decide_again(pairs: Sequence[EvaluatedPair], settings: AcceptanceSettings) -> list[EvaluatedPair]:
+    """Replace the decision of every pair that has evidence by that of other constants."""
+    return [_decide(one, settings) for one in pairs]
 
 
-def _decided(answer: Answer, settings: AcceptanceSettings) -> Answer:
-    if answer.evidence is None:
-        return answer
-    verdict = decide(answer.evidence, settings)
-    text = None if verdict.refusal is None else str(verdict.refusal)
-    return dataclasses.replace(answer, accepted=verdict.accepted, confidence=verdict.confidence, reason=text)
+def _decide(one: EvaluatedPair, settings: AcceptanceSettings) -> EvaluatedPair:
+    if one.evidence is None:
+        return one
+    decision = decide(one.evidence, settings)
+    reason = None if decision.refusal is None else str(decision.refusal)
+    return dataclasses.replace(one, accepted=decision.accepted, confidence=decision.confidence, reason=reason)
 
 
-def _open(trial: Trial, settings: AcceptanceSettings) -> list[Evidence]:
-    """The evidence where the fitted rule decides, and not one of the others; nothing elsewhere."""
-    evidence = trial.answers[0].evidence
-    if evidence is None:
+def _open_evidence(one: EvaluatedPair, settings: AcceptanceSettings) -> list[Evidence]:
+    """Return the evidence where the fitted rule decides; nothing where another rule refuses."""
+    if one.evidence is None:
         return []
     even = dataclasses.replace(settings, **dict.fromkeys(FITTED, 0.0), min_confidence=0.5)
-    return [evidence] if decide(dataclasses.replace(evidence, precision_probability=1.0), even).accepted else []
+    return [one.evidence] if decide(dataclasses.replace(one.evidence, precision_probability=1.0), even).accepted else []
 
 
-def _group(trial: Trial) -> str:
-    overlap = trial.pair.overlap
-    wanted = not trial.negative and (overlap is None or overlap >= LEAST_OVERLAP)
-    return overlap_class(trial) if wanted else "to be refused"
+def _group(one: EvaluatedPair) -> str:
+    overlap = one.truth.overlap
+    wanted = not one.negative and (overlap is None or overlap >= LEAST_OVERLAP)
+    return overlap_class(one) if wanted else "to be refused"
 
 
 def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
@@ -89,7 +90,7 @@ def _weights(groups: Sequence[str]) -> NDArray[np.float64]:
 def _logistic(
     features: NDArray[np.float64], right: NDArray[np.bool_], weights: NDArray[np.float64]
 ) -> tuple[float, ...]:
-    """The weights of the features, not negative, and the threshold, of either sign."""
+    """Fit the weights of the features, not negative, and the threshold, of either sign."""
     from scipy.optimize import minimize
 
     inputs = np.column_stack((features, -np.ones(len(features))))

@@ -1,72 +1,77 @@
-"""Which trials are counted together."""
+"""Strata: groups of pairs whose results are aggregated together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from mapquilt.benchmark.trial import Trial
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 
 OVERLAPS = ((0.3, "overlap 30 % and more"), (0.15, "overlap 15 to 30 %"), (-1.0, "overlap under 15 %"))
 """Lower bounds of the classes of overlap."""
 
-OVERLAP_UNTOLD = "overlap not told"
+OVERLAP_UNKNOWN = "overlap unknown"
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """Trials under a name. ``has_truth`` is False where there is nothing to be right about."""
+    """One method's answers under a name. ``has_truth`` is False where there is no transform to find."""
 
     group: str
     name: str
-    trials: tuple[Trial, ...]
+    pairs: tuple[EvaluatedPair, ...]
     has_truth: bool = True
 
 
-def strata(trials: Sequence[Trial]) -> list[Stratum]:
-    """All strata that hold a trial, in the order of the table.
+def strata(pairs: Sequence[EvaluatedPair]) -> list[Stratum]:
+    """Build all strata that hold a pair, in the order of the table.
 
-    Pairs that are not identifiable, and bent ones, are reported apart: they count in no other stratum but the last,
-    which holds every pair. Wherever a pair is counted, an accepted wrong answer is a wrong accept.
+    Pairs that are not identifiable, and those without a reliable truth, have strata of their own: they count in no
+    other but the last, which holds every pair.
     """
-    sound = [trial for trial in trials if trial.sound]
-    apart = [trial for trial in trials if not trial.negative and not trial.pair.identifiable]
-    bent = [trial for trial in trials if trial.pair.identifiable and trial.bent]
-    negative = [trial for trial in trials if trial.negative]
+    positive = [one for one in pairs if not one.negative]
+    sound = [one for one in positive if one.identifiable and one.reliable]
+    ambiguous = [one for one in positive if not one.identifiable]
+    distorted = [one for one in positive if one.identifiable and not one.reliable]
+    negative = [one for one in pairs if one.negative]
     found = [
         *_whole("positives", "all", sound),
         *_split("positives", sound, overlap_class),
-        *_split("not identifiable", apart, overlap_class),
-        *_whole("bent", "all", bent),
-        *_split("noise", sound, lambda trial: None if trial.pair.noise is None else f"noise {trial.pair.noise:g}"),
-        *_split("world", sound, lambda trial: trial.pair.world),
-        *_split("subset", sound, lambda trial: trial.pair.subset),
-        *_split("set", sound, lambda trial: trial.pair.suite, least=2),
+        *_split("not identifiable", ambiguous, overlap_class),
+        *_whole("distorted", "all", distorted),
+        *_split("noise", sound, lambda one: None if one.pair.noise is None else f"noise {one.pair.noise:g}"),
+        *_split("world", sound, lambda one: one.pair.world),
+        *_split("subset", sound, lambda one: one.pair.subset),
+        *_split("set", sound, lambda one: one.pair.suite, least=2),
         *_whole("negatives", "all", negative, has_truth=False),
-        *_split("negatives", negative, lambda trial: trial.pair.subset, least=2, has_truth=False),
+        *_split("negatives", negative, lambda one: one.pair.subset, least=2, has_truth=False),
     ]
-    return [*found, Stratum("every pair", "all", tuple(trials), has_truth=False)]
+    return [*found, Stratum("every pair", "all", tuple(pairs), has_truth=False)]
 
 
-def overlap_class(trial: Trial) -> str:
-    """The class of overlap that a trial's pair lies in."""
-    overlap = trial.pair.overlap
+def overlap_class(one: EvaluatedPair) -> str:
+    """Name the class of overlap of a pair."""
+    overlap = one.truth.overlap
     if overlap is None:
-        return OVERLAP_UNTOLD
+        return OVERLAP_UNKNOWN
     return next(name for low, name in OVERLAPS if overlap >= low)
 
 
-def _whole(group: str, name: str, trials: list[Trial], has_truth: bool = True) -> list[Stratum]:
-    return [Stratum(group, name, tuple(trials), has_truth)] if trials else []
+def _whole(group: str, name: str, pairs: list[EvaluatedPair], has_truth: bool = True) -> list[Stratum]:
+    return [Stratum(group, name, tuple(pairs), has_truth)] if pairs else []
 
 
 def _split(
-    group: str, trials: list[Trial], key: Callable[[Trial], str | None], least: int = 1, has_truth: bool = True
+    group: str,
+    pairs: list[EvaluatedPair],
+    key: Callable[[EvaluatedPair], str | None],
+    least: int = 1,
+    has_truth: bool = True,
 ) -> list[Stratum]:
-    names = sorted({name for trial in trials if (name := key(trial)) is not None}, key=_order)
+    names = sorted({name for one in pairs if (name := key(one)) is not None}, key=_order)
     if len(names) < least:
         return []
-    return [Stratum(group, name, tuple(t for t in trials if key(t) == name), has_truth) for name in names]
+    return [Stratum(group, name, tuple(one for one in pairs if key(one) == name), has_truth) for name in names]
 
 
 def _order(name: str) -> tuple[int, str]:

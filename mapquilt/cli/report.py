@@ -1,4 +1,4 @@
-"""``mapquilt report``: one HTML file to look at."""
+"""``mapquilt report``: write one HTML file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def report(
         Path | None, typer.Option(help="HTML file to write; an older one is replaced. [default: DIR/report.html]")
     ] = None,
     pictures: Annotated[
-        int, typer.Option(min=0, help="Most pairs to draw; half of them those that went wrong, if there are as many.")
+        int, typer.Option(min=0, help="Most pairs to draw; half of them errors, if there are as many.")
     ] = 200,
 ) -> int:
     """Write one HTML file that needs no network: summary, charts, and every pair with its maps, merge and truth."""
@@ -43,7 +43,7 @@ def report(
 
 
 def read_content(folder: Path) -> Content:
-    """What there is to report of a folder. Raises ``ValueError`` naming it where mapquilt wrote no such folder."""
+    """Read the content of a folder. Raises ``ValueError`` naming it if mapquilt wrote no such folder."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder")
     if is_run(folder):

@@ -13,7 +13,9 @@ from rich.table import Table
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet, Unit
-from mapquilt.evaluation.run_score import PairScore, RunScore
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.evaluation.formatting import error_texts, number_text
+from mapquilt.evaluation.run_score import RunScore
 from merge.records.result import MergeResult, PairResult
 
 PLAIN_WIDTH = 160
@@ -40,7 +42,7 @@ def count_of_maps(number: int) -> str:
 
 def plain_table(*columns: tuple[str, bool]) -> Table:
     """An empty table of these columns; numbers (True) are aligned on the right."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, caption_justify="left")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption_justify="left")
     for name, number in columns:
         table.add_column(name, justify="right" if number else "left")
     return table
@@ -106,41 +108,32 @@ def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, 
 
 
 def score_table(score: RunScore) -> Table:
-    """Each pair's true overlap, verdict, what that was worth, its candidate's errors and acceptance index."""
+    """Tabulate each pair's outcome, true overlap and errors, and the quality of each merged map."""
     table = plain_table(
-        ("pair", False),
-        ("true overlap", True),
-        ("verdict", False),
-        ("outcome", False),
-        ("rotation", True),
-        ("scale", True),
-        ("displacement", True),
-        ("acceptance index", True),
+        *(("pair", False), ("outcome", False), ("overlap", True), ("deg", True), ("%", True), ("m", True)),
+        *(("cells", True), ("AI", True)),
     )
-    for pair in score.pairs:
-        table.add_row(*_score_row(pair))
+    for one in score.pairs:
+        table.add_row(*_score_row(one))
     counts = score.summary()
-    table.caption = (
-        f"{counts['right_and_accepted']} of {counts['pairs']} pairs right and accepted, "
-        f"{counts['wrong_accepts']} wrongly accepted, {counts['missed']} missed, "
-        f"{counts['rightly_refused']} rightly refused"
-    )
+    names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
+    words = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in names)
+    table.caption = f"{counts['pairs']} pairs: {words}"
     for group in score.merged:
-        if group.iou_free is not None and group.f1_walls is not None:
-            table.caption += (
-                f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
-                f"free IoU {group.iou_free:.3f}, walls F1 {group.f1_walls:.3f}"
-            )
+        table.caption += (
+            f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
+            f"free IoU {group.quality.iou_free:.3f}, walls F1 {group.quality.f1_walls:.3f}"
+        )
     return table
 
 
-def _score_row(pair: PairScore) -> tuple[str, ...]:
-    verdict = _verdict(pair.accepted, pair.reason)
-    head = (f"{pair.target} <- {pair.source}", f"{100 * pair.overlap:.0f} %", verdict, pair.outcome)
-    index = "-" if pair.acceptance_index is None else f"{pair.acceptance_index:.3f}"
-    if pair.error is None:
-        return (*head, "-", "-", "-", index)
-    moved = "no common cells"
-    if pair.error.displacement_m is not None:
-        moved = f"{pair.error.displacement_m:.3f} m, {pair.error.displacement_cells:.1f} cells"
-    return (*head, f"{pair.error.rotation_deg:.2f} deg", f"{pair.error.scale_percent:.2f} %", moved, index)
+def _score_row(one: EvaluatedPair) -> tuple[str, ...]:
+    index = None if one.evidence is None else one.evidence.acceptance_index
+    overlap = one.truth.overlap
+    return (
+        f"{one.pair.target} <- {one.pair.source}",
+        one.outcome or "-",
+        "-" if overlap is None else f"{100 * overlap:.0f} %",
+        *error_texts(one),
+        number_text(index, 3),
+    )

@@ -18,7 +18,7 @@ from mapquilt.json_file import read_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueFootprints, true_places
+from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
 from mapquilt.runs.writer import fill_run
 from sim.mission.file import save_mission
 from sim.mission.mission import Mission, simulate
@@ -91,7 +91,7 @@ def _make_sample(
     settings = sample.settings
     try:
         if settings.parts not in places:
-            places[settings.parts] = true_places(mission, settings.parts, seen)
+            places[settings.parts] = true_footprints(mission, settings.parts, seen)
         made = make_sample(mission, settings, places[settings.parts])
     except ValueError as error:
         return Made({}, None, str(error))

@@ -1,110 +1,93 @@
-"""Each method's trials of a stratum, counted."""
+"""Counts, shares, errors and times of a group of evaluated pairs."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from statistics import median
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from mapping.seeds import Role, stream
-from mapquilt.benchmark.strata import Stratum
-from mapquilt.benchmark.trial import Answer
-from mapquilt.evaluation.statistics import Interval, Share, over_clusters, ratio_of_medians
+from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
+from mapquilt.evaluation.statistics import Interval, Quantiles, Share, mean_over_clusters
 from mapquilt.evaluation.transform_error import TransformError
 
-REFERENCE = "orb"
-"""The method whose time is the unit."""
+ERRORS = tuple(field.name for field in fields(TransformError))
 
 
 @dataclass(frozen=True)
-class Tally:
-    """Counts of one method in one stratum; the median errors are those of right answers.
+class Aggregate:
+    """Results of one method on a group of pairs; None where there is nothing to count.
 
-    ``over_missions`` holds the bootstrap intervals of the shares, where pairs come in missions.
+    - ``pairs``: all pairs of the group; ``asked``: those whose transform should be found;
+    - ``distorted``: of the asked ones, those whose truth is not reliable (``EvaluatedPair.reliable``);
+    - ``right``, ``true_accepts``: shares of the asked pairs; ``false_accepts``: share of all;
+    - ``over_missions``: bootstrap intervals of these shares over missions, since pairs of one mission are not
+      independent; empty where pairs have no mission;
+    - ``errors_right``, ``errors_accepted``: by name of the error, over right and over accepted answers to asked pairs;
+    - ``acceptance_index``: median over answers to asked pairs (Birk and Carpin 2006).
     """
 
-    group: str
-    stratum: str
-    method: str
     pairs: int
+    asked: int
+    distorted: int
     right: Share | None
-    right_and_accepted: Share | None
-    wrong_accepts: Share
+    true_accepts: Share | None
+    false_accepts: Share | None
     over_missions: dict[str, Interval]
-    rotation_deg: float | None
-    scale_percent: float | None
-    displacement_cells: float | None
+    errors_right: dict[str, Quantiles | None]
+    errors_accepted: dict[str, Quantiles | None]
+    acceptance_index: float | None
 
 
-@dataclass(frozen=True)
-class Timing:
-    """Median seconds of one method in one stratum, and how many times the median of plain ORB in the same run."""
+def aggregate(
+    pairs: Sequence[EvaluatedPair], asked: Sequence[EvaluatedPair], new_rng: Callable[[], np.random.Generator]
+) -> Aggregate:
+    """Aggregate one method's answers to ``pairs``; ``asked`` are those whose transform should be found.
 
-    group: str
-    stratum: str
-    method: str
-    median_s: float
-    ratio: float | None
-    interval: Interval | None
-
-
-def tally(stratum: Stratum, method: int, seed: int) -> Tally:
-    """Count the answers of the method at this place in the trials' order."""
-    answers = [trial.answers[method] for trial in stratum.trials]
-    hits = {
-        "right": [answer.right for answer in answers],
-        "right_and_accepted": [answer.right and answer.accepted for answer in answers],
-        "wrong_accepts": [answer.accepted and not answer.right for answer in answers],
+    Each bootstrap starts from a fresh generator, so that one share's interval does not depend on the others.
+    """
+    flags = {
+        "right": (asked, [one.right for one in asked]),
+        "true_accepts": (asked, [one.outcome == "true accept" for one in asked]),
+        "false_accepts": (pairs, [one.outcome == "false accept" for one in pairs]),
     }
-    if not stratum.has_truth:
-        hits = {"wrong_accepts": hits["wrong_accepts"]}
-    shares = {name: Share.counted(values) for name, values in hits.items()}
-    errors = [answer.error for answer in answers if stratum.has_truth and answer.right and answer.error]
-    return Tally(
-        stratum.group,
-        stratum.name,
-        answers[0].method,
-        len(answers),
-        shares.get("right"),
-        shares.get("right_and_accepted"),
-        shares["wrong_accepts"],
-        _over_missions(stratum, hits, seed),
-        _median(errors, lambda error: error.rotation_deg),
-        _median(errors, lambda error: error.scale_percent),
-        _median(errors, lambda error: error.displacement_cells or 0.0),
+    shares = {name: Share.counted(hits) if hits else None for name, (_, hits) in flags.items()}
+    intervals = {name: _over_missions(group, hits, new_rng) for name, (group, hits) in flags.items()}
+    indices = [one.evidence.acceptance_index for one in asked if one.evidence is not None]
+    known = [index for index in indices if index is not None]
+    return Aggregate(
+        pairs=len(pairs),
+        asked=len(asked),
+        distorted=sum(not one.reliable for one in asked),
+        right=shares["right"],
+        true_accepts=shares["true_accepts"],
+        false_accepts=shares["false_accepts"],
+        over_missions={name: interval for name, interval in intervals.items() if interval is not None},
+        errors_right=error_quantiles([one for one in asked if one.right]),
+        errors_accepted=error_quantiles([one for one in asked if one.accepted]),
+        acceptance_index=float(np.median(known)) if known else None,
     )
 
 
-def _over_missions(stratum: Stratum, hits: dict[str, list[bool]], seed: int) -> dict[str, Interval]:
-    missions = [trial.pair.mission for trial in stratum.trials]
-    if None in missions:
-        return {}
-    found = {}
-    for name, values in hits.items():
-        interval = over_clusters(values, missions, stream(seed, Role.BENCHMARK_BOOTSTRAP))
-        if interval is not None:
-            found[name] = interval
+def _over_missions(
+    pairs: Sequence[EvaluatedPair], hits: Sequence[bool], new_rng: Callable[[], np.random.Generator]
+) -> Interval | None:
+    missions = [one.pair.mission for one in pairs]
+    return None if None in missions else mean_over_clusters(hits, missions, new_rng())
+
+
+def error_quantiles(pairs: Sequence[EvaluatedPair]) -> dict[str, Quantiles | None]:
+    """Take median and 90th percentile of each error, by the names of ``TransformError``."""
+    found: dict[str, Quantiles | None] = {}
+    for name in ERRORS:
+        values = [getattr(one.error, name) for one in pairs if one.error is not None]
+        known = [value for value in values if value is not None]
+        found[name] = Quantiles.of(known) if known else None
     return found
 
 
-def _median(errors: Sequence[TransformError], part: Callable[[TransformError], float]) -> float | None:
-    return median(part(error) for error in errors) if errors else None
-
-
-def timing(stratum: Stratum, method: int, seed: int) -> Timing:
-    """Time the method at this place in the trials' order against the reference, where that ran as well."""
-    answers = [trial.answers[method] for trial in stratum.trials]
-    references = [_reference(trial.answers) for trial in stratum.trials]
-    seconds = np.array([answer.seconds for answer in answers])
-    ratio, interval = None, None
-    beside = [answer.seconds for answer in references if answer is not None]
-    if len(beside) == len(answers):
-        rng = stream(seed, Role.BENCHMARK_BOOTSTRAP, 1)
-        ratio, interval = ratio_of_medians(seconds, np.array(beside), rng)
-    return Timing(stratum.group, stratum.name, answers[0].method, float(np.median(seconds)), ratio, interval)
-
-
-def _reference(answers: Sequence[Answer]) -> Answer | None:
-    return next((answer for answer in answers if answer.method == REFERENCE), None)
+def outcome_counts(pairs: Sequence[EvaluatedPair]) -> dict[str, int]:
+    """Count each outcome, by names such as ``false_accepts``."""
+    counts = Counter[str](one.outcome or "" for one in pairs)
+    return {f"{outcome.replace(' ', '_')}s": counts[outcome] for outcome in OUTCOMES}

@@ -1,4 +1,4 @@
-"""Whether a confidence means what it says."""
+"""Calibration of a confidence against the share of right answers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapquilt.benchmark.trial import Trial
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.statistics import Share
 
 BINS = 10
@@ -16,7 +16,7 @@ BINS = 10
 
 @dataclass(frozen=True)
 class Bin:
-    """A tenth of the answers, by confidence: their mean confidence, and how many were right."""
+    """Answers of similar confidence: their mean confidence, and the share of right ones."""
 
     confidence: float
     right: Share
@@ -24,12 +24,12 @@ class Bin:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Of one method, over all answers to pairs that are not bent; an answer to a negative is never right.
+    """Calibration of one method over all pairs with a reliable truth; an answer to a negative pair is never right.
 
-    ``brier``: Brier 1950, ``base_brier`` that of always saying the base rate; ``ece``: expected calibration error over
-    bins of equal mass (Naeini et al. 2015); ``auc``: chance that a right answer bears the higher confidence, ties
-    counting half, None where all answers are right or none is; ``nees``: mean normalised squared error of the right
-    answers (``normalised_error``), None where none came with a covariance.
+    ``brier``: Brier 1950, ``base_brier`` that of always claiming the base rate; ``ece``: expected calibration error
+    over bins of equal mass (Naeini et al. 2015); ``auc``: probability that a right answer has the higher confidence,
+    ties counting half, None where all answers are right or none is; ``nees``: mean normalised squared error of the
+    right answers (``normalised_error``), None where none has a covariance.
     """
 
     method: str
@@ -42,41 +42,37 @@ class Calibration:
     bins: tuple[Bin, ...]
 
 
-def calibration(trials: Sequence[Trial], method: int) -> Calibration | None:
-    """Of the method at this place in the trials' order; None where no pair is left to tell."""
-    answers = [trial.answers[method] for trial in trials if not trial.bent]
-    if not answers:
+def calibration(pairs: Sequence[EvaluatedPair]) -> Calibration | None:
+    """Measure the calibration of one method's answers; None where no pair has a reliable truth."""
+    judged = [one for one in pairs if one.reliable and one.confidence is not None]
+    if not judged:
         return None
-    confidence = np.array([answer.confidence for answer in answers])
-    right = np.array([answer.right for answer in answers])
+    confidence = np.array([one.confidence for one in judged], np.float64)
+    right = np.array([one.right for one in judged])
     bins = equal_mass_bins(confidence, right)
     gaps = [one.right.of * abs(one.confidence - one.right.value) for one in bins]
+    squares = [one.normalised_error for one in judged if one.right and one.normalised_error is not None]
     return Calibration(
-        answers[0].method,
-        len(answers),
-        float(((confidence - right) ** 2).mean()),
-        float(right.mean() * (1.0 - right.mean())),
-        sum(gaps) / len(answers),
-        auc(confidence, right),
-        _mean([answer.normalised_error for answer in answers if answer.right]),
-        bins,
+        method=judged[0].method,
+        pairs=len(judged),
+        brier=float(((confidence - right) ** 2).mean()),
+        base_brier=float(right.mean() * (1.0 - right.mean())),
+        ece=sum(gaps) / len(judged),
+        auc=auc(confidence, right),
+        nees=float(np.mean(squares)) if squares else None,
+        bins=bins,
     )
 
 
-def _mean(values: Sequence[float | None]) -> float | None:
-    told = [value for value in values if value is not None]
-    return float(np.mean(told)) if told else None
-
-
 def equal_mass_bins(confidence: NDArray[np.float64], right: NDArray[np.bool_]) -> tuple[Bin, ...]:
-    """Answers sorted by confidence (N,), cut in ten parts of equal number, fewer where there are not ten."""
+    """Sort answers by confidence (N,) and cut them into ten bins of equal number, fewer if there are not ten."""
     order = np.argsort(confidence, kind="stable")
     parts = [part for part in np.array_split(order, BINS) if len(part)]
     return tuple(Bin(float(confidence[part].mean()), Share.counted(right[part].tolist())) for part in parts)
 
 
 def auc(confidence: NDArray[np.float64], right: NDArray[np.bool_]) -> float | None:
-    """Area under the ROC curve, by ranks (Mann and Whitney 1947)."""
+    """Compute the area under the ROC curve by ranks (Mann and Whitney 1947)."""
     from scipy.stats import rankdata
 
     positives = int(right.sum())

@@ -1,110 +1,98 @@
-"""The score of a run: every pair's answer against its truth."""
+"""Score of a merged run: every pair and every merged map against the truth."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
 
-from mapping.ground_truth.truth import PairTruth
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.evaluation.merged_score import MergedScore
-from mapquilt.evaluation.transform_error import RIGHT, THESIS, TransformError, transform_error
+from mapquilt.evaluation.aggregation import outcome_counts
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo, evaluate_pair
+from mapquilt.evaluation.map_quality import MapQuality, align_to_world, map_quality, median_pose_error, observed_part
+from mapquilt.evaluation.pair_rows import to_row
+from mapquilt.evaluation.transform_error import THESIS
 from mapquilt.json_file import record_bytes
-from mapquilt.merging.merge_file import MergeAnswer, PairRecord
 from mapquilt.runs.truth_file import RunTruth
+from merge.records.result import PairResult
 
-SCHEMA = "mapquilt-score/1"
-
-Outcome = Literal["right", "wrong", "missed", "rightly refused"]
-"""What became of a pair: an accepted one is right or wrong; a refused one was missed, or rightly refused where the
-true footprints do not overlap or have more than one right answer."""
+SCHEMA = "mapquilt-score/2"
 
 
 @dataclass(frozen=True)
-class PairScore:
-    """One pair's answer against its truth. ``right`` speaks of the candidate, accepted or not. ``bent`` says that the
-    truth's own residual [m] exceeds half the allowed displacement, so that even a perfect answer may miss; None where
-    no residual is known."""
+class MergedMapScore:
+    """Quality of the merged map of ``maps``, over what they could observe, and the median error of their places."""
 
-    target: str
-    source: str
-    overlap: float
-    identifiable: bool
-    accepted: bool
-    confidence: float
-    reason: str | None
-    error: TransformError | None
-    right: bool
-    right_thesis: bool
-    acceptance_index: float | None
-    residual_m: float | None
-    bent: bool | None
-
-    @property
-    def outcome(self) -> Outcome:
-        if self.accepted:
-            return "right" if self.right else "wrong"
-        return "missed" if self.identifiable else "rightly refused"
+    reference: str
+    maps: tuple[str, ...]
+    quality: MapQuality
+    pose_error_m: float
 
 
 @dataclass(frozen=True)
 class RunScore:
-    """What became of each pair, and how true the merged map of each group is."""
+    """All pairs of a run beside their truth, and the quality of each merged map."""
 
-    pairs: tuple[PairScore, ...]
-    merged: tuple[MergedScore, ...] = ()
+    pairs: tuple[EvaluatedPair, ...]
+    merged: tuple[MergedMapScore, ...] = ()
 
     def summary(self) -> dict[str, int]:
-        outcomes = [pair.outcome for pair in self.pairs]
-        return {
+        counts = {
             "pairs": len(self.pairs),
-            "accepted": sum(pair.accepted for pair in self.pairs),
-            "right": sum(pair.right for pair in self.pairs),
-            "right_and_accepted": outcomes.count("right"),
-            "wrong_accepts": outcomes.count("wrong"),
-            "missed": outcomes.count("missed"),
-            "rightly_refused": outcomes.count("rightly refused"),
+            "accepted": sum(bool(one.accepted) for one in self.pairs),
+            "right": sum(one.right for one in self.pairs),
         }
+        return counts | outcome_counts(self.pairs)
 
 
-def score_answer(maps: MapSet, truth: RunTruth, answer: MergeAnswer) -> RunScore:
-    """Score every pair of an answer. Maps, truth and answer must be of one run."""
-    return RunScore(tuple(_score_pair(maps, truth, pair) for pair in answer.pairs))
-
-
-def _score_pair(maps: MapSet, truth: RunTruth, pair: PairRecord) -> PairScore:
-    true_pair = truth.pairs[pair.target, pair.source]
-    target, source = (maps.grids[maps.names.index(name)] for name in (pair.target, pair.source))
-    target_scale = truth.robot(pair.target).truth.world_from_map.scale
-    error = None
-    if pair.target_from_source is not None:
-        error = transform_error(target, source, true_pair.target_from_source, pair.target_from_source, target_scale)
-    allowed = RIGHT.displacement_of_diagonal * target.known_diagonal * target_scale
-    return PairScore(
-        target=pair.target,
-        source=pair.source,
-        overlap=true_pair.footprints.overlap,
-        identifiable=true_pair.footprints.identifiability.identifiable,
-        accepted=pair.accepted,
-        confidence=pair.confidence,
-        reason=pair.reason,
-        error=error,
-        right=error is not None and RIGHT.holds(error),
-        right_thesis=error is not None and THESIS.holds(error),
-        acceptance_index=pair.acceptance_index,
-        residual_m=true_pair.residual,
-        bent=_bent(true_pair, allowed),
+def evaluate_run_pair(
+    maps: MapSet, truth: RunTruth, answer: PairResult, info: PairInfo, method: str = ""
+) -> EvaluatedPair:
+    """Evaluate one answer of a run. Maps, truth and answer must be of the same run."""
+    target, source = (maps.grids[maps.names.index(name)] for name in (answer.target, answer.source))
+    return evaluate_pair(
+        target, source, run_ground_truth(truth, answer.target, answer.source), answer, pair=info, method=method
     )
 
 
-def _bent(pair: PairTruth, allowed: float) -> bool | None:
-    return None if pair.residual is None else pair.residual > allowed / 2.0
+def run_ground_truth(truth: RunTruth, target: str, source: str) -> GroundTruth:
+    """Read the truth of one pair of a run."""
+    return GroundTruth.of(truth.pairs[target, source], truth.robot(target).truth.world_from_map.scale)
+
+
+def score_merged_map(
+    maps: MapSet,
+    truth: RunTruth,
+    reference_from_map: Mapping[str, Similarity2],
+    reference: str,
+    merged: OccupancyGrid,
+    world: OccupancyGrid,
+    footprints: Mapping[str, OccupancyGrid],
+) -> MergedMapScore:
+    """Compare a merged map with the part of the true raster ``world`` that the given footprints observed."""
+    world_from_map = {name: truth.robot(name).truth.world_from_map for name in reference_from_map}
+    world_from_reference = align_to_world(maps, world_from_map, reference_from_map)
+    return MergedMapScore(
+        reference=reference,
+        maps=tuple(name for name in maps.names if name in reference_from_map),
+        quality=map_quality(merged, world_from_reference, observed_part(world, list(footprints.values()))),
+        pose_error_m=median_pose_error(maps, world_from_map, reference_from_map, world_from_reference),
+    )
 
 
 def score_bytes(path: Path, score: RunScore) -> bytes:
-    """What score.json holds."""
-    pairs: list[dict[str, Any]] = [{**dataclasses.asdict(pair), "outcome": pair.outcome} for pair in score.pairs]
-    merged = [{**dataclasses.asdict(group), "maps": list(group.maps)} for group in score.merged]
+    """Write the content of score.json."""
+    pairs = [to_row(one) | {"right_thesis": one.error is not None and THESIS.holds(one.error)} for one in score.pairs]
+    merged = [
+        {
+            "reference": one.reference,
+            "maps": list(one.maps),
+            **dataclasses.asdict(one.quality),
+            "pose_error_m": one.pose_error_m,
+        }
+        for one in score.merged
+    ]
     return record_bytes(path, "score", {"schema": SCHEMA, "merged": merged, "pairs": pairs, "summary": score.summary()})

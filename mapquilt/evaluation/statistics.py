@@ -1,4 +1,4 @@
-"""How far a share, or a ratio of medians, may be trusted: 95 % intervals."""
+"""Shares, quantiles and ratios with 95 % intervals."""
 
 from __future__ import annotations
 
@@ -27,40 +27,56 @@ class Share:
     interval: Interval
 
     @staticmethod
-    def counted(hits: Sequence[bool]) -> Share:
-        """Source: Wilson 1927, by SciPy. Raises ``ValueError`` where there is nothing to count."""
+    def counted(flags: Sequence[bool]) -> Share:
+        """Count the true ones (Wilson 1927, by SciPy). Raises ``ValueError`` if there is nothing to count."""
         from scipy.stats import binomtest
 
-        if not hits:
+        if not flags:
             raise ValueError("Share: nothing to count")
-        found = binomtest(sum(hits), len(hits)).proportion_ci(LEVEL, method="wilson")
-        return Share(sum(hits), len(hits), Interval(float(found.low), float(found.high)))
+        found = binomtest(sum(flags), len(flags)).proportion_ci(LEVEL, method="wilson")
+        return Share(sum(flags), len(flags), Interval(float(found.low), float(found.high)))
 
     @property
     def value(self) -> float:
         return self.count / self.of
 
 
-def over_clusters(hits: Sequence[bool], clusters: Sequence[Hashable], rng: np.random.Generator) -> Interval | None:
-    """Bootstrap interval of a share whose items come in clusters, which are drawn again whole; None with one cluster.
+@dataclass(frozen=True)
+class Quantiles:
+    """Median and 90th percentile."""
 
-    Source: Davison and Hinkley 1997, section 3.8; percentile method. It knows nothing of what never happened: with no
-    hit at all both ends are 0.
+    median: float
+    p90: float
+
+    @staticmethod
+    def of(values: Sequence[float]) -> Quantiles:
+        median, p90 = np.quantile(values, (0.5, 0.9))
+        return Quantiles(float(median), float(p90))
+
+
+def mean_over_clusters(
+    values: Sequence[float], clusters: Sequence[Hashable], rng: np.random.Generator
+) -> Interval | None:
+    """Bootstrap the mean of values that come in clusters, which are drawn again whole; None with one cluster.
+
+    Flags (True is 1) give the interval of a share. Source: Davison and Hinkley 1997, section 3.8; percentile method.
+    The bootstrap cannot extrapolate: without any hit both ends are 0.
     """
     names = list(dict.fromkeys(clusters))
     if len(names) < 2:
         return None
-    index = np.array([names.index(cluster) for cluster in clusters])
-    counts = np.bincount(index, weights=np.array(hits, dtype=np.float64), minlength=len(names))
+    numbers = {name: number for number, name in enumerate(names)}
+    index = np.array([numbers[cluster] for cluster in clusters])
+    sums = np.bincount(index, weights=np.array(values, dtype=np.float64), minlength=len(names))
     sizes = np.bincount(index, minlength=len(names))
     drawn = rng.integers(0, len(names), (RESAMPLES, len(names)))
-    return _percentiles(counts[drawn].sum(axis=1) / sizes[drawn].sum(axis=1))
+    return _percentiles(sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1))
 
 
 def ratio_of_medians(
     above: NDArray[np.float64], below: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[float, Interval]:
-    """median(above) / median(below) of paired values (N,), and its bootstrap interval, pairs being drawn again."""
+    """Divide the medians of paired values (N,), with a bootstrap interval that draws pairs again."""
     drawn = rng.integers(0, len(above), (RESAMPLES, len(above)))
     ratios = np.median(above[drawn], axis=1) / np.median(below[drawn], axis=1)
     return float(np.median(above) / np.median(below)), _percentiles(ratios)
@@ -69,8 +85,7 @@ def ratio_of_medians(
 def ratio_of_medians_over_clusters(
     above: Sequence[Sequence[float]], below: Sequence[Sequence[float]], rng: np.random.Generator
 ) -> tuple[float, Interval]:
-    """median(above) / median(below) of values that come in clusters, and its interval by a bootstrap that draws those
-    again whole."""
+    """Divide the medians of values that come in clusters, with a bootstrap interval that draws clusters again."""
 
     def ratio(drawn: Sequence[int]) -> float:
         over, under = (np.concatenate([values[k] for k in drawn]) for values in (above, below))

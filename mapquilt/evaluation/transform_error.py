@@ -1,9 +1,10 @@
-"""How far an answer is from the truth: one definition for score, benchmark, studies and reports."""
+"""Errors of a transform against the truth, and the criteria of a right answer."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 
 @dataclass(frozen=True)
 class Criterion:
-    """What counts as right: rotation [degrees], scale [percent] and mean displacement, either as a share of the
+    """Bounds of a right answer: rotation [degrees], scale [percent] and mean displacement, either as a share of the
     diagonal of the target's known cells or in target cells."""
 
     rotation_deg: float
@@ -35,8 +36,10 @@ class Criterion:
 
 
 RIGHT = Criterion(rotation_deg=2.0, scale_percent=3.0, displacement_of_diagonal=0.015)
-FOUND = Criterion(rotation_deg=7.0, scale_percent=8.0, displacement_of_diagonal=0.05)
-"""The right place, however inexactly told."""
+"""The criterion of mapquilt: walls of 0.1 m in a map of 20 m then still touch."""
+
+RIGHT_PLACE = Criterion(rotation_deg=7.0, scale_percent=8.0, displacement_of_diagonal=0.05)
+"""The right place, however imprecise."""
 
 THESIS = Criterion(rotation_deg=5.0, scale_percent=5.0, displacement_cells=10.0)
 """Chen 2021: within 10 px, 5 degrees and 5 %."""
@@ -44,9 +47,9 @@ THESIS = Criterion(rotation_deg=5.0, scale_percent=5.0, displacement_cells=10.0)
 
 @dataclass(frozen=True)
 class TransformError:
-    """Rotation [degrees], scale [percent], and the mean displacement of the cells that both maps know under the
-    truth: in metres of the world, in cells of the target, and as a share of the diagonal of the target's known cells.
-    The displacements are None where the maps share no cell; no answer is right then."""
+    """Errors of rotation [degrees] and scale [percent], and the mean displacement of cells: in metres of the world, in
+    cells of the target, and as a share of the diagonal of the target's known cells. The displacements are None where
+    the maps share no cell; no answer is right then."""
 
     rotation_deg: float
     scale_percent: float
@@ -55,40 +58,48 @@ class TransformError:
     displacement_of_diagonal: float | None
 
 
+def mean_displacement(points: NDArray[np.float64], truth: Similarity2, answer: Similarity2) -> float:
+    """Average the distance between the images of points (N, 2) under two transforms, in metres of their target."""
+    return float(np.hypot(*(answer.apply(points) - truth.apply(points)).T).mean())
+
+
 def transform_error(
     target: OccupancyGrid,
     source: OccupancyGrid,
     truth: Similarity2,
     answer: Similarity2,
     target_scale: float = 1.0,
+    cells: Literal["common", "source"] = "common",
 ) -> TransformError:
-    """Error of ``answer`` against ``truth``, both target_from_source.
+    """Compare ``answer`` with ``truth``, both target_from_source.
 
-    ``target_scale`` is true metres per metre that the target states.
+    ``target_scale`` is true metres per metre that the target states. The displacement is averaged over the source's
+    known cells that the target knows as well under the truth (``common``), or over all that the source knows.
     """
     rotation = abs(math.degrees(wrap_angle(answer.yaw - truth.yaw)))
     scale = 100.0 * abs(answer.scale / truth.scale - 1.0)
     points = source.frame.metres_from_cells(np.argwhere(source.known))
-    true_points = truth.apply(points)
-    cells = target.frame.cells_from_metres(true_points)
-    inside = target.frame.contains(cells)
-    inside[inside] = target.known[cells[inside, 0], cells[inside, 1]]
-    if not inside.any():
+    if cells == "common":
+        indices = target.frame.cells_from_metres(truth.apply(points))
+        inside = target.frame.contains(indices)
+        inside[inside] = target.known[indices[inside, 0], indices[inside, 1]]
+        points = points[inside]
+    if not len(points):
         return TransformError(rotation, scale, None, None, None)
-    moved = float(np.hypot(*(answer.apply(points[inside]) - true_points[inside]).T).mean())
+    moved = mean_displacement(points, truth, answer)
     return TransformError(
-        rotation,
-        scale,
-        moved * target_scale,
-        moved / target.frame.resolution,
-        moved / target.known_diagonal,
+        rotation_deg=rotation,
+        scale_percent=scale,
+        displacement_m=moved * target_scale,
+        displacement_cells=moved / target.frame.resolution,
+        displacement_of_diagonal=moved / target.known_diagonal,
     )
 
 
 def normalised_error(truth: Similarity2, answer: Similarity2, covariance: NDArray[np.float64]) -> float:
-    """Squared error of x, y, yaw and scale over their covariance (4, 4), as it came with the answer.
+    """Weigh the squared error of x, y, yaw and scale by their covariance (4, 4), as it came with the answer.
 
-    Where the covariance is true its mean over many answers is 4, 3 where the scale is known: the normalised estimation
+    A consistent covariance gives a mean of 4 over many answers, 3 where the scale is known: the normalised estimation
     error squared of Bar-Shalom, Li and Kirubarajan 2001, section 5.4.
     """
     yaw = wrap_angle(answer.yaw - truth.yaw)

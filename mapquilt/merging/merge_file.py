@@ -144,19 +144,6 @@ def _read_refusal(text: str | None) -> Refusal | None:
 
 
 @dataclass(frozen=True)
-class PairRecord:
-    """What merge.json says of one pair."""
-
-    target: str
-    source: str
-    accepted: bool
-    confidence: float
-    reason: str | None
-    target_from_source: Similarity2 | None
-    acceptance_index: float | None
-
-
-@dataclass(frozen=True)
 class GroupRecord:
     """What merge.json says of maps that were joined; ``merged`` is what their merged map is called, or None."""
 
@@ -167,12 +154,13 @@ class GroupRecord:
 
 @dataclass(frozen=True)
 class MergeAnswer:
-    """What merge.json says of a run: the pairs in order, where the joined maps lie in the reference's frame, and all
-    groups, that of the reference first."""
+    """Content of the merge.json of a run: the method, the pairs in order, the transforms of the joined maps into the
+    reference's frame, and all groups, that of the reference first."""
 
+    method: str
     reference: str
     reference_from_map: dict[str, Similarity2]
-    pairs: tuple[PairRecord, ...]
+    pairs: tuple[PairResult, ...]
     groups: tuple[GroupRecord, ...] = ()
 
     added: frozenset[str] = frozenset()
@@ -203,24 +191,11 @@ def load_answer(path: Path) -> MergeAnswer:
         if entry["reference_from_map"] is not None
     }
     groups = tuple(_read_group(entry) for entry in record["groups"])
-    pairs = tuple(_read_pair(entry) for entry in record["pairs"])
+    pairs = tuple(read_pair(entry) for entry in record["pairs"])
     added = frozenset(entry["name"] for entry in record["maps"] if entry["file"].startswith(f"{INPUTS}/"))
-    return MergeAnswer(record["reference"], placed, pairs, groups, added)
+    return MergeAnswer(record["method"], record["reference"], placed, pairs, groups, added)
 
 
 def _read_group(entry: dict[str, Any]) -> GroupRecord:
     placed = {one["name"]: similarity_from_record(one["reference_from_map"]) for one in entry["maps"]}
     return GroupRecord(entry["reference"], placed, entry["merged"])
-
-
-def _read_pair(entry: dict[str, Any]) -> PairRecord:
-    transform = entry["target_from_source"]
-    return PairRecord(
-        entry["target"],
-        entry["source"],
-        entry["accepted"],
-        entry["confidence"],
-        entry["reason"],
-        None if transform is None else similarity_from_record(transform),
-        (entry["evidence"] or {}).get("acceptance_index"),
-    )

@@ -1,4 +1,4 @@
-"""The charts that every report has, drawn from its answers."""
+"""Charts of every report, drawn from its answers."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mapquilt.evaluation.calibration import auc, equal_mass_bins
+from mapquilt.evaluation.aggregation import error_quantiles
+from mapquilt.evaluation.calibration import Calibration, calibration
+from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
+from mapquilt.evaluation.formatting import number_text
 from mapquilt.evaluation.statistics import Share
-from mapquilt.report.answer import OUTCOMES, ReportAnswer, methods_of
-from mapquilt.report.content import Chart
-from mapquilt.viz.palette import INK
+from mapquilt.report.content import Chart, methods_of
+from mapquilt.viz.palette import INK, OUTCOME_COLOURS
 from mapquilt.viz.plot_style import (
     MUTED,
     in_per_cent,
@@ -32,20 +33,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-OUTCOME_COLOURS = {
-    "right": "#007a5a",
-    "missed": "#B8860B",
-    "wrong": "#c1121f",
-    "rightly refused": "#8b949e",
-}
 OVERLAP_BOUNDS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
 LEAST_FOR_CALIBRATION = 10
-Answers = tuple[ReportAnswer, ...]
+Answers = tuple[EvaluatedPair, ...]
 
 
 def common_charts(answers: Answers, of_study: bool) -> list[Chart]:
-    """Outcomes, success against noise and overlap, errors, calibration, time: those that there is something to draw
-    of. A study has curves of its own for success and time."""
+    """Draw outcomes, success against noise and overlap, errors, calibration and time, as far as there is data.
+
+    A study has curves of its own for success and time.
+    """
     merged = tuple(one for one in answers if one.accepted is not None)
     if not merged:
         return []
@@ -63,18 +60,18 @@ def common_charts(answers: Answers, of_study: bool) -> list[Chart]:
 def _outcomes(answers: Answers) -> Chart:
     methods = methods_of(answers)
     figure, (panel,) = new_figure(1, width=11.5, height=0.9 + 0.42 * len(methods))
-    told = []
+    texts = []
     for row, method in enumerate(reversed(methods)):
-        here = [one.outcome for one in answers if one.method == method]
+        here: list[str | None] = [one.outcome for one in answers if one.method == method]
         left = 0
-        for outcome in ("right", "missed", "wrong", "rightly refused"):
+        for outcome in OUTCOME_COLOURS:
             count = here.count(outcome)
             panel.barh(row, count, left=left, color=OUTCOME_COLOURS[outcome], height=0.62)
             if count > 0.04 * len(here):
                 panel.text(left + count / 2, row, str(count), ha="center", va="center", color="white", fontsize=9)
             left += count
         counts = ", ".join(f"{here.count(outcome)} {outcome}" for outcome in OUTCOMES if here.count(outcome))
-        told.append(f"{method or 'merged'}: {counts}")
+        texts.append(f"{method or 'merged'}: {counts}")
     panel.set_yticks(range(len(methods)), list(reversed(methods)))
     panel.grid(visible=False)
     panel.spines[["left"]].set_visible(False)
@@ -82,12 +79,12 @@ def _outcomes(answers: Answers) -> Chart:
     write_axes(panel, "pairs", "")
     _colour_legend(figure, OUTCOME_COLOURS)
     return Chart(
-        "What became of the pairs",
+        "Outcomes",
         figure,
-        f"Outcomes by method. {'; '.join(reversed(told))}.",
-        "Right: accepted within 2 degrees, 3 % of scale and 1.5 % of the map's diagonal. Missed: refused, though there "
-        "is one right answer. Wrong: accepted, but not right. Rightly refused: maps that share nothing, or that fit "
-        "in more than one way.",
+        f"Outcomes by method. {'; '.join(reversed(texts))}.",
+        "True accept: accepted within 2 degrees, 3 % of scale and 1.5 % of the map's diagonal. False accept: accepted, "
+        "but not right. False reject: refused, though there is exactly one right answer. True reject: maps without "
+        "common ground, or with several placements that fit.",
     )
 
 
@@ -99,16 +96,16 @@ def _colour_legend(figure: Figure, colours: Mapping[str, str]) -> None:
 
 
 def _against_noise(answers: Answers) -> Chart | None:
-    levels = sorted({one.noise for one in answers if one.noise is not None and one.asked})
+    levels = sorted({one.pair.noise for one in answers if one.pair.noise is not None and one.identifiable})
     if len(levels) < 2:
         return None
     classes = [Class(f"{level:g}", float(level), _equal(level)) for level in levels]
-    figure, told = _success(answers, classes, "noise level")
+    figure, texts = _success(answers, classes, "noise level")
     return Chart(
         "Success against noise",
         figure,
-        f"Share right and accepted against the noise level. {told}.",
-        "Of pairs with one right answer; bars are Wilson's 95 % intervals. Noise 0 is exact, 1 a decent robot.",
+        f"Share of true accepts against the noise level. {texts}.",
+        "Of pairs with exactly one right answer; bars are Wilson's 95 % intervals. Noise 1 is an ordinary robot.",
     )
 
 
@@ -117,56 +114,56 @@ def _against_overlap(answers: Answers) -> Chart | None:
         Class(f"{100 * low:.0f} to {100 * high:.0f} %", (low + high) / 2.0, _between(low, high))
         for low, high in pairwise(OVERLAP_BOUNDS)
     ]
-    used = [each for each in classes if any(each.holds(one) and one.asked for one in answers)]
+    used = [each for each in classes if any(each.holds(one) and one.identifiable for one in answers)]
     if len(used) < 2:
         return None
-    figure, told = _success(answers, used, "true overlap of the two maps")
+    figure, texts = _success(answers, used, "true overlap of the two maps")
     return Chart(
         "Success against overlap",
         figure,
-        f"Share right and accepted against the true overlap. {told}.",
-        "Overlap is what both robots truly saw, as a share of what the one that saw less did; bars are Wilson's 95 % "
+        f"Share of true accepts against the true overlap. {texts}.",
+        "Overlap is the area that both robots observed, as a share of the smaller footprint; bars are Wilson's 95 % "
         "intervals.",
     )
 
 
 @dataclass(frozen=True)
 class Class:
-    """Answers that are counted together: their name, their place on the axis, and which they are."""
+    """Answers that share a point on an axis: their name, their place, and their membership test."""
 
     name: str
     place: float
-    holds: Callable[[ReportAnswer], bool]
+    holds: Callable[[EvaluatedPair], bool]
 
 
-def _equal(level: float) -> Callable[[ReportAnswer], bool]:
-    return lambda one: one.noise == level
+def _equal(level: float) -> Callable[[EvaluatedPair], bool]:
+    return lambda one: one.pair.noise == level
 
 
-def _between(low: float, high: float) -> Callable[[ReportAnswer], bool]:
-    return lambda one: one.overlap is not None and low < one.overlap <= high
+def _between(low: float, high: float) -> Callable[[EvaluatedPair], bool]:
+    return lambda one: one.truth.overlap is not None and low < one.truth.overlap <= high
 
 
 def _success(answers: Answers, classes: Sequence[Class], axis: str) -> tuple[Figure, str]:
     figure, (panel,) = new_figure(1, width=6.2, height=3.4)
     methods = methods_of(answers)
-    handles, told = [], []
+    handles, texts = [], []
     places = [each.place for each in classes]
     for index, method in enumerate(methods):
         shift = 0.008 * (max(places) - min(places)) * (index - (len(methods) - 1) / 2.0)
         points = []
         for each in classes:
-            asked = [one for one in answers if one.method == method and one.asked and each.holds(one)]
+            asked = [one for one in answers if one.method == method and one.identifiable and each.holds(one)]
             if asked:
-                share = Share.counted([one.right and bool(one.accepted) for one in asked])
+                share = Share.counted([one.outcome == "true accept" for one in asked])
                 points.append((each.place + shift, share))
-                told.append(f"{method} at {each.name}: {100 * share.value:.0f} % of {share.of}")
+                texts.append(f"{method} at {each.name}: {100 * share.value:.0f} % of {share.of}")
         handles.append(_draw_shares(panel, points, index))
     panel.set_xticks(places, [each.name for each in classes])
     in_per_cent(panel)
-    write_axes(panel, axis, "right and accepted")
+    write_axes(panel, axis, "true accepts")
     write_legend(figure, handles, methods)
-    return figure, "; ".join(told)
+    return figure, "; ".join(texts)
 
 
 def _draw_shares(panel: Axes, points: Sequence[tuple[float, Share]], index: int) -> Line2D:
@@ -180,20 +177,21 @@ def _draw_shares(panel: Axes, points: Sequence[tuple[float, Share]], index: int)
 
 
 def _errors(answers: Answers) -> Chart | None:
-    parts: list[tuple[str, str, Callable[[ReportAnswer], float | None], float]] = [
-        ("displacement", "m", lambda one: one.displacement_m, 0.001),
-        ("rotation", "degrees", lambda one: one.rotation_deg, 0.01),
-        ("scale", "%", lambda one: one.scale_percent, 0.01),
+    parts = [
+        ("displacement", "m", "displacement_m", 0.001),
+        ("rotation", "degrees", "rotation_deg", 0.01),
+        ("scale", "%", "scale_percent", 0.01),
     ]
     methods = methods_of(answers)
-    believed = [one for one in answers if one.accepted and not one.negative]
-    if not believed:
+    accepted = [one for one in answers if one.accepted and not one.negative]
+    if not accepted:
         return None
     figure, panels = new_figure(3, width=4.2, height=3.4)
     handles: dict[str, Line2D] = {}
     for panel, (what, unit, part, least) in zip(panels, parts, strict=True):
         for index, method in enumerate(methods):
-            values = sorted(max(least, v) for one in believed if one.method == method and (v := part(one)) is not None)
+            errors = [getattr(one.error, part) for one in accepted if one.method == method and one.error is not None]
+            values = sorted(max(least, value) for value in errors if value is not None)
             if values:
                 share = np.arange(1, len(values) + 1) / len(values)
                 marker = series_marker(index) if len(values) <= 30 else ""
@@ -205,50 +203,44 @@ def _errors(answers: Answers) -> Chart | None:
         write_heading(panel, what)
         write_axes(panel, f"error [{unit}]", "of accepted answers" if what == "displacement" else "")
     write_legend(figure, list(handles.values()), list(handles))
-    moved = {method: _displacements(believed, method) for method in methods}
-    medians = "; ".join(f"{method}: {np.median(found):.3f} m" for method, found in moved.items() if found)
+    moved = {m: error_quantiles([one for one in accepted if one.method == m])["displacement_m"] for m in methods}
+    medians = "; ".join(f"{method}: {found.median:.3f} m" for method, found in moved.items() if found)
     return Chart(
-        "How far accepted answers are off",
+        "Errors of accepted answers",
         figure,
         f"Cumulative distributions of the errors of accepted answers. Median displacement: {medians}.",
-        "Cumulative: how many of the accepted answers, right or wrong, are off by no more than that.",
+        "Cumulative share of the accepted answers, right or wrong, with at most that error.",
     )
 
 
-def _displacements(answers: Sequence[ReportAnswer], method: str) -> list[float]:
-    return [one.displacement_m for one in answers if one.method == method and one.displacement_m is not None]
-
-
 def _calibration(answers: Answers) -> Chart | None:
-    drawn: list[tuple[str, NDArray[np.float64], NDArray[np.bool_]]] = []
+    drawn: list[Calibration] = []
     for method in methods_of(answers):
-        here = [one for one in answers if one.method == method and not one.bent and one.confidence is not None]
-        if len(here) >= LEAST_FOR_CALIBRATION and not method.endswith("as published"):
-            confidence = np.array([one.confidence for one in here], np.float64)
-            drawn.append((method, confidence, np.array([one.right and one.asked for one in here])))
+        found = calibration([one for one in answers if one.method == method])
+        if found is not None and found.pairs >= LEAST_FOR_CALIBRATION and not method.endswith("as published"):
+            drawn.append(found)
     if not drawn:
         return None
     figure, panels = new_figure(min(3, len(drawn)), -(-len(drawn) // 3), width=3.9, height=3.9)
-    told = []
-    for panel, (method, confidence, right) in zip(panels, drawn, strict=False):
+    texts = []
+    for panel, found in zip(panels, drawn, strict=False):
         panel.plot((0, 1), (0, 1), color=MUTED, linewidth=1.0, linestyle="--")
-        points = [(one.confidence, one.right) for one in equal_mass_bins(confidence, right)]
-        _draw_shares(panel, points, methods_of(answers).index(method))
+        points = [(one.confidence, one.right) for one in found.bins]
+        _draw_shares(panel, points, methods_of(answers).index(found.method))
         panel.set_xlim(-0.03, 1.03)
         in_per_cent(panel)
-        brier, area = float(((confidence - right) ** 2).mean()), auc(confidence, right)
-        figures = f"Brier {brier:.3f}, AUC {'-' if area is None else f'{area:.3f}'}"
-        write_heading(panel, f"{method}: {figures}")
+        figures = f"Brier {found.brier:.3f}, AUC {number_text(found.auc, 3)}"
+        write_heading(panel, f"{found.method}: {figures}")
         write_axes(panel, "confidence", "share right" if panel is panels[0] else "")
-        told.append(f"{method}, {len(right)} answers: {figures}")
+        texts.append(f"{found.method}, {found.pairs} answers: {figures}")
     for panel in panels[len(drawn) :]:
         panel.set_axis_off()
     return Chart(
         "Calibration",
         figure,
-        f"Share of right answers against confidence in ten bins of equal mass. {'; '.join(told)}.",
-        "What is calibrated lies on the dashed line: of answers with confidence 0.8, four in five are right. "
-        "Bins of equal mass with Wilson's intervals; bent pairs are left out.",
+        f"Share of right answers against confidence in ten bins of equal mass. {'; '.join(texts)}.",
+        "A calibrated confidence lies on the dashed line: of answers with confidence 0.8, four in five are right. "
+        "Bins of equal mass with Wilson's intervals; distorted pairs are left out.",
     )
 
 
@@ -280,11 +272,11 @@ def _time(answers: Answers) -> Chart | None:
     panel.grid(visible=False)
     panel.grid(axis="x", visible=True)
     write_axes(panel, "processor time of a pair [s]", "")
-    told = "; ".join(f"{method}: median {np.median(seconds):.2f} s" for method, seconds in timed)
+    texts = "; ".join(f"{method}: median {np.median(seconds):.2f} s" for method, seconds in timed)
     return Chart(
         "Time",
         figure,
-        f"Processor seconds of a pair by method. {told}.",
+        f"Processor seconds of a pair by method. {texts}.",
         "On one thread, from two grids in memory to the answer: median, quartiles, 5th and 95th percentile.",
     )
 
@@ -305,5 +297,5 @@ def stage_chart(timings: Mapping[str, Mapping[str, float]]) -> Chart:
     panel.grid(visible=False)
     panel.margins(x=0.12)
     write_axes(panel, "wall time [s]", "")
-    told = "; ".join(f"{name} {seconds:.2f} s" for name, seconds in steps)
-    return Chart("Time", figure, f"Seconds of each step. {told}.", "Wall time of each step that made this run.")
+    texts = "; ".join(f"{name} {seconds:.2f} s" for name, seconds in steps)
+    return Chart("Time", figure, f"Seconds of each step. {texts}.", "Wall time of each step that made this run.")

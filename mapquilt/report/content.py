@@ -1,4 +1,4 @@
-"""What a report shows, whatever it is of."""
+"""Content of a report, the same for runs, data sets, benchmarks and studies."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from mapquilt.report.answer import ReportAnswer
+from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Chart:
-    """A figure under a heading, what it shows in words for those who do not see it, and what to read from it."""
+    """A figure under a heading, with a text alternative and a caption."""
 
     heading: str
     figure: Figure
@@ -24,7 +24,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG that lies in the folder already."""
+    """A PNG that the folder holds already."""
 
     heading: str
     png: bytes
@@ -34,7 +34,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table: its columns, whether each holds numbers, and its cells as text."""
+    """A table: its columns, True where they hold numbers, and its cells as text."""
 
     heading: str
     caption: str
@@ -44,16 +44,29 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Content:
-    """``kind`` is run, data set, benchmark or study; ``settings`` are what it was made with, as words by name.
+    """``kind`` is run, data set, benchmark or study; ``settings`` are texts by name. ``answers`` have map files.
 
-    ``charts`` and ``sheets`` are those that only this kind has; what all have is drawn from ``answers``.
+    ``charts`` and ``sheets`` are those of this kind alone; the common ones are drawn from ``answers``.
     """
 
     kind: str
     name: str
     settings: Mapping[str, str]
-    answers: tuple[ReportAnswer, ...]
+    answers: tuple[EvaluatedPair, ...]
     pictures: Sequence[Picture] = ()
     charts: Sequence[Chart] = ()
     sheets: Sequence[Sheet] = ()
     notes: Sequence[str] = field(default=())
+
+
+NOT_MERGED = "not merged"
+
+
+def methods_of(answers: Sequence[EvaluatedPair]) -> tuple[str, ...]:
+    """List the methods that answered, in order."""
+    return tuple(dict.fromkeys(one.method for one in answers if one.accepted is not None))
+
+
+def outcome_rank(one: EvaluatedPair) -> int:
+    """Rank outcomes as they are shown: errors first, pairs that were not merged last."""
+    return len(OUTCOMES) if one.outcome is None else OUTCOMES.index(one.outcome)

@@ -1,42 +1,32 @@
-"""A data set: what there is to report of it."""
+"""Content of a report on a data set."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from mapquilt.dataset.card import FIGURE_FILE
-from mapquilt.dataset.loader import load_dataset
+from mapquilt.dataset.loader import DatasetPair, load_dataset
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo
 from mapquilt.json_file import read_record
-from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.content import Content, Picture
 from mapquilt.report.of_run import run_answers
 from mapquilt.runs.folder import MERGE_FILE, RUN_FILE
 
 
 def dataset_content(folder: Path) -> Content:
-    """A finished data set; samples that were merged in place tell how. Raises ``ValueError`` or ``OSError`` naming the
-    file that is wrong."""
+    """Read a finished data set, with the answers of the samples that were merged in place.
+
+    Raises ``ValueError`` or ``OSError`` naming the file that is wrong.
+    """
     dataset = load_dataset(folder)
-    answers: list[ReportAnswer] = []
+    answers: list[EvaluatedPair] = []
     merged = 0
     for sample in dataset.samples:
         record = read_record(sample.folder / RUN_FILE, "run")
         merged += (sample.folder / MERGE_FILE).is_file()
-        answers += run_answers(sample.folder, record, f"{sample.name}: ")
+        answers += run_answers(sample.folder, record, sample.name)
     negatives = [pair for pair in dataset.pairs if pair.target_from_source is None]
-    answers += [
-        ReportAnswer(
-            pair.name,
-            pair.mission,
-            pair.target_path,
-            pair.source_path,
-            world=pair.world,
-            noise=pair.noise,
-            overlap=0.0,
-            negative=True,
-        )
-        for pair in negatives
-    ]
+    answers += [_negative(pair) for pair in negatives]
     figures = folder / FIGURE_FILE
     return Content(
         kind="data set",
@@ -59,3 +49,17 @@ def dataset_content(folder: Path) -> Content:
         else [],
         notes=[] if merged else ["No sample has been merged in place; mapquilt merge does it, one by one."],
     )
+
+
+def _negative(pair: DatasetPair) -> EvaluatedPair:
+    info = PairInfo(
+        name=pair.name,
+        target=pair.target_path.parent.name,
+        source=pair.source_path.parent.name,
+        world=pair.world,
+        noise=pair.noise,
+        mission=pair.mission,
+        target_file=pair.target_path,
+        source_file=pair.source_path,
+    )
+    return EvaluatedPair(info, GroundTruth(None, overlap=0.0))

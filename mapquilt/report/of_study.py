@@ -1,21 +1,20 @@
-"""A study: what there is to report of it."""
+"""Content of a report on a study."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from mapping.geometry.similarity2 import Similarity2
-from mapquilt.report.answer import ReportAnswer
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.report.content import Chart, Content, Sheet
-from mapquilt.study.folder import MAPS_FOLDER, load_results
+from mapquilt.study.folder import load_results
 from mapquilt.study.plots import errors_figure, quality_figure, success_figure, time_figure
 from mapquilt.study.results import StudyResults
 from mapquilt.study.table import NUMBERS, cell_texts, verdict_texts
-from mapquilt.study.trial import PairTrial, Place
 
 
 def study_content(folder: Path) -> Content:
-    """A study, finished or not. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
+    """Read a study, finished or not. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
     results = load_results(folder)
     plan = results.plan
     if not results.pairs:
@@ -33,11 +32,11 @@ def study_content(folder: Path) -> Content:
             "methods": ", ".join(method.title for method in plan.methods),
             "worlds": ", ".join(plan.worlds),
             "missions": str(missions),
-            "overlap that counts": f"{100 * plan.min_overlap:g} % and more",
+            "least overlap": f"{100 * plan.min_overlap:g} %",
             "seed": str(plan.seed),
         },
         answers=tuple(
-            _answer(folder, trial, seconds[trial.mission, trial.level, trial.method]) for trial in results.pairs
+            _answer(folder, one, seconds[one.pair.mission or "", one.pair.level, one.method]) for one in results.pairs
         ),
         charts=_charts(results),
         sheets=_sheets(results),
@@ -45,54 +44,24 @@ def study_content(folder: Path) -> Content:
     )
 
 
-def _answer(folder: Path, trial: PairTrial, seconds: float) -> ReportAnswer:
-    maps = folder / MAPS_FOLDER / trial.maps
-    return ReportAnswer(
-        pair=f"{trial.mission}: {trial.target} and {trial.source}",
-        cluster=trial.mission,
-        target=maps / f"{trial.target}.yaml",
-        source=maps / f"{trial.source}.yaml",
-        method=trial.method,
-        level=" ".join(trial.level),
-        world=trial.world,
-        noise=trial.noise,
-        overlap=trial.overlap,
-        negative=trial.overlap == 0.0,
-        identifiable=trial.identifiable,
-        bent=trial.bent,
-        accepted=trial.accepted,
-        right=trial.right,
-        confidence=trial.confidence,
-        rotation_deg=trial.rotation_deg,
-        scale_percent=trial.scale_percent,
-        displacement_m=trial.displacement_m,
-        displacement_cells=trial.displacement_cells,
-        reason=trial.reason,
-        score=trial.score,
-        runner_up_score=trial.runner_up_score or trial.second_best_score or None,
-        seconds=seconds,
-        answer=_place(trial.answer),
-        truth=None if trial.overlap == 0.0 else _place(trial.truth),
-        runner_up=_place(trial.runner_up),
-    )
-
-
-def _place(numbers: Place | None) -> Similarity2 | None:
-    return None if numbers is None else Similarity2(*numbers)
+def _answer(folder: Path, one: EvaluatedPair, seconds: float) -> EvaluatedPair:
+    """Name the map files by their full path, and add the mean time of the team's pairs."""
+    target, source = (folder / file for file in (one.pair.target_file, one.pair.source_file) if file is not None)
+    return replace(one, pair=replace(one.pair, target_file=target, source_file=source), seconds=seconds)
 
 
 def _charts(results: StudyResults) -> list[Chart]:
     what = " and ".join(one.variable.title for one in results.plan.varied)
-    told = "; ".join(
-        f"{cell.method} at {' '.join(cell.level)}: {100 * cell.right_and_accepted.value:.0f} %"
+    shares = "; ".join(
+        f"{cell.method} at {' '.join(cell.level)}: {100 * cell.pairs.true_accepts.value:.0f} %"
         for cell in results.cells
-        if cell.right_and_accepted is not None
+        if cell.pairs.true_accepts is not None
     )
     return [
         Chart(
             f"Success against {what}",
             success_figure(results),
-            f"Share right and accepted, and share accepted but wrong, against {what}. {told}.",
+            f"Shares of true and of false accepts against {what}. {shares}.",
             "Bars: Wilson's 95 % interval. Bands: a bootstrap over missions, which pairs of one mission share. "
             "The same missions and the same random draws at every level.",
         ),
@@ -106,7 +75,7 @@ def _charts(results: StudyResults) -> list[Chart]:
             "The merged map against the true raster",
             quality_figure(results),
             f"Intersection over union of free space, F1 of walls and acceptance index against {what}.",
-            "Means over missions with their bootstrap interval, against all that the team truly saw; "
+            "Means over missions with their bootstrap interval, against all that the team observed; "
             "the acceptance index needs no truth.",
         ),
         Chart(
@@ -133,8 +102,8 @@ def _sheets(results: StudyResults) -> list[Sheet]:
     tests = Sheet(
         "Is one method better?",
         "McNemar's exact test on the same pairs, corrected by Holm for all tests of the study, and a bootstrap over "
-        "missions of the difference in points: better is only said where both agree.",
-        [("level", False), ("verdict", False), ("difference", True), ("alone right", True), ("p, Holm", True)],
+        "missions of the difference in points: a method is better only if both agree.",
+        [("level", False), ("verdict", False), ("difference", True), ("true accepts alone", True), ("p, Holm", True)],
         [verdict_texts(test) for test in results.tests],
     )
     return [levels, tests]

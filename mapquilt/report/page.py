@@ -1,4 +1,4 @@
-"""The page: everything in one file."""
+"""The HTML page of a report, everything in one file."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 import jinja2
 
-from mapquilt.report.answer import OUTCOME_WORDS, OUTCOMES, ReportAnswer, methods_of
+from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
 from mapquilt.report.charts import common_charts
-from mapquilt.report.content import Chart, Content
+from mapquilt.report.content import NOT_MERGED, Chart, Content, methods_of, outcome_rank
 from mapquilt.report.gallery import Progress, draw_gallery
 from mapquilt.report.pictures import png_address
 from mapquilt.report.summary import headline, method_sheet, tiles
@@ -32,7 +32,7 @@ WIDE = 6.5
 
 
 def render_page(content: Content, pictures: int, on_progress: Progress = lambda done, total: None) -> str:
-    """HTML that needs nothing beside it. At most ``pictures`` answers are drawn, what went wrong first.
+    """Render HTML that needs no other file. At most ``pictures`` answers are drawn, errors first.
 
     Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read.
     """
@@ -77,59 +77,62 @@ def _chart(name: str, chart: Chart) -> dict[str, Any]:
 
 
 def _thumb(places: dict[str, int | None]) -> int | None:
-    """What stands for a pair in the table: the merge, else the truth, else its target."""
+    """Choose the picture of a pair in the table: the merge, else the truth, else its target."""
     return next((places[name] for name in ("answer", "truth", "target") if places[name] is not None), None)
 
 
 def _json(value: Any) -> str:
-    """JSON that may stand in a script: no tag can end it."""
+    """Write JSON that is safe inside a script element: no tag can end it."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
 
 
-def _columns(answers: tuple[ReportAnswer, ...]) -> list[tuple[str, bool]]:
+def _columns(answers: tuple[EvaluatedPair, ...]) -> list[tuple[str, bool]]:
     columns = list(COLUMNS)
     if not any(one.seconds is not None for one in answers):
         columns.remove(("time [s]", True))
-    if len({one.world for one in answers}) > 1:
+    if len({one.pair.world for one in answers}) > 1:
         columns.insert(1, ("world", False))
-    if any(one.level for one in answers):
+    if any(one.pair.level for one in answers):
         columns.insert(1, ("level", True))
-    elif len({one.noise for one in answers}) > 1:
+    elif len({one.pair.noise for one in answers}) > 1:
         columns.insert(1, ("noise", True))
     if len(methods_of(answers)) > 1:
         columns.insert(1, ("method", False))
     return columns
 
 
-def _row(number: int, one: ReportAnswer, columns: list[tuple[str, bool]]) -> dict[str, Any]:
+def _row(number: int, one: EvaluatedPair, columns: list[tuple[str, bool]]) -> dict[str, Any]:
     cells = _cells(one)
     return {
         "number": number,
-        "outcome": one.outcome,
+        "outcome": one.outcome or NOT_MERGED,
         "method": one.method,
-        "world": one.world or "",
-        "level": one.level or ("" if one.noise is None else f"{one.noise:g}"),
-        "words": " ".join((one.pair, one.method, one.world or "", one.outcome, one.reason or "")).lower(),
+        "world": one.pair.world or "",
+        "level": _level(one),
+        "words": " ".join(
+            (one.pair.title, one.method, one.pair.world or "", one.outcome or NOT_MERGED, one.reason or "")
+        ).lower(),
         "reason": one.reason or "",
         "cells": [cells[name] for name, _ in columns],
     }
 
 
-def _cells(one: ReportAnswer) -> dict[str, tuple[str, str]]:
-    """Of each column the text, and what it is sorted by."""
-    level = one.level or ("" if one.noise is None else f"{one.noise:g}")
+def _cells(one: EvaluatedPair) -> dict[str, tuple[str, str]]:
+    """Format each column, and give the key that it is sorted by."""
+    level, world, overlap = _level(one), one.pair.world, one.truth.overlap
+    error = one.error
     return {
-        "pair": (one.pair, one.pair),
+        "pair": (one.pair.title, one.pair.title),
         "method": (one.method, one.method),
         "level": (level, level),
         "noise": (level, level),
-        "world": (one.world or "-", one.world or ""),
-        "outcome": (one.outcome, str(OUTCOMES.index(one.outcome))),
+        "world": (world or "-", world or ""),
+        "outcome": (one.outcome or NOT_MERGED, str(outcome_rank(one))),
         "confidence": _number(one.confidence, 2),
-        "displacement [m]": _number(one.displacement_m, 3),
-        "rotation [deg]": _number(one.rotation_deg, 2),
-        "scale [%]": _number(one.scale_percent, 2),
-        "overlap [%]": _number(None if one.overlap is None else 100.0 * one.overlap, 0),
+        "displacement [m]": _number(None if error is None else error.displacement_m, 3),
+        "rotation [deg]": _number(None if error is None else error.rotation_deg, 2),
+        "scale [%]": _number(None if error is None else error.scale_percent, 2),
+        "overlap [%]": _number(None if overlap is None else 100.0 * overlap, 0),
         "time [s]": _number(one.seconds, 2),
     }
 
@@ -138,54 +141,62 @@ def _number(value: float | None, places: int) -> tuple[str, str]:
     return ("-", "") if value is None else (f"{value:.{places}f}", repr(float(value)))
 
 
-def _filters(answers: tuple[ReportAnswer, ...]) -> list[tuple[str, str, list[str]]]:
-    """Name, label and values of what rows can be chosen by; of those alone that tell rows apart."""
-    levels = dict.fromkeys(one.level or ("" if one.noise is None else f"{one.noise:g}") for one in answers)
-    named = "level" if any(one.level for one in answers) else "noise level"
-    outcomes = [name for name in OUTCOMES if any(one.outcome == name for one in answers)]
+def _filters(answers: tuple[EvaluatedPair, ...]) -> list[tuple[str, str, list[str]]]:
+    """List name, label and values of each filter that separates rows."""
+    levels = dict.fromkeys(_level(one) for one in answers)
+    named = "level" if any(one.pair.level for one in answers) else "noise level"
+    found_outcomes = {one.outcome or NOT_MERGED for one in answers}
+    outcomes = [name for name in (*OUTCOMES, NOT_MERGED) if name in found_outcomes]
     found: list[tuple[str, str, list[str]]] = [
-        ("outcome", "outcome", list(outcomes)),
+        ("outcome", "outcome", outcomes),
         ("method", "method", list(methods_of(answers))),
         ("level", named, [level for level in levels if level]),
-        ("world", "world", sorted({one.world for one in answers if one.world})),
+        ("world", "world", sorted({one.pair.world for one in answers if one.pair.world})),
     ]
     return [(name, label, values) for name, label, values in found if len(values) > 1]
 
 
-def _facts(one: ReportAnswer) -> dict[str, Any]:
-    """What stands beside the pictures of a pair."""
-    told = {
-        "outcome": OUTCOME_WORDS[one.outcome],
+def _facts(one: EvaluatedPair) -> dict[str, Any]:
+    """List the facts that stand beside the pictures of a pair."""
+    evidence, overlap = one.evidence, one.truth.overlap
+    unique = "yes" if one.identifiable else "no, several placements fit"
+    facts = {
+        "outcome": one.outcome or NOT_MERGED,
         "reason of the refusal": one.reason,
-        "confidence": _told(one.confidence, 2),
-        "off by": _off(one),
-        "true overlap": None if one.overlap is None else f"{100 * one.overlap:.0f} %",
-        "walls agree": _told(one.score, 3),
-        "runner-up": None if one.runner_up_score is None else f"walls agree {one.runner_up_score:.3f}",
-        "bent": "drift leaves no transform that fits" if one.bent else None,
-        "one right answer": None if one.negative else "yes" if one.identifiable else "no, it fits in more than one way",
-        "level": one.level or None,
-        "noise level": None if one.noise is None else f"{one.noise:g}",
-        "world": one.world,
+        "confidence": _text(one.confidence, 2),
+        "error": _error(one),
+        "true overlap": None if overlap is None else f"{100 * overlap:.0f} %",
+        "alignment score": _text(None if evidence is None else evidence.score, 3),
+        "second-best score": _text((None if evidence is None else evidence.second_best_score) or None, 3),
+        "distorted": "drift leaves no transform that fits" if one.distorted else None,
+        "one right answer": None if one.negative else unique,
+        "level": " ".join(one.pair.level) or None,
+        "noise level": None if one.pair.noise is None else f"{one.pair.noise:g}",
+        "world": one.pair.world,
         "processor time": None if one.seconds is None else f"{one.seconds:.2f} s",
     }
     return {
-        "title": one.pair,
+        "title": one.pair.title,
         "method": one.method,
-        "outcome": one.outcome,
+        "outcome": one.outcome or NOT_MERGED,
         "negative": one.negative,
-        "facts": [(name, value) for name, value in told.items() if value],
+        "facts": [(name, value) for name, value in facts.items() if value],
     }
 
 
-def _told(value: float | None, places: int) -> str | None:
+def _level(one: EvaluatedPair) -> str:
+    return " ".join(one.pair.level) or ("" if one.pair.noise is None else f"{one.pair.noise:g}")
+
+
+def _text(value: float | None, places: int) -> str | None:
     return None if value is None else f"{value:.{places}f}"
 
 
-def _off(one: ReportAnswer) -> str | None:
-    if one.rotation_deg is None or one.negative:
+def _error(one: EvaluatedPair) -> str | None:
+    error = one.error
+    if error is None:
         return None
     moved = "no common cells"
-    if one.displacement_m is not None and one.displacement_cells is not None:
-        moved = f"{one.displacement_m:.3f} m ({one.displacement_cells:.1f} cells)"
-    return f"{moved}, {one.rotation_deg:.2f} degrees, {one.scale_percent:.2f} % of scale"
+    if error.displacement_m is not None:
+        moved = f"{error.displacement_m:.3f} m ({error.displacement_cells:.1f} cells)"
+    return f"{moved}, {error.rotation_deg:.2f} degrees, {error.scale_percent:.2f} % of scale"

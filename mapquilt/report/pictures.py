@@ -1,4 +1,4 @@
-"""A pair as small pictures: both maps, and one laid on the other by the answer and by the truth, on one canvas."""
+"""Small pictures of a pair: both maps, and the two overlaid by the answer and by the truth, on one canvas."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
 from mapping.io.map_file import load_map
-from mapquilt.report.answer import ReportAnswer
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.viz.palette import ROBOTS, WALL
 
 LONGEST = 480
@@ -47,7 +47,7 @@ class PairPictures:
     source: str
     by_answer: str | None
     by_truth: str | None
-    by_runner_up: str | None
+    by_alternative: str | None
 
 
 class Painter:
@@ -57,21 +57,25 @@ class Painter:
         self._grid = lru_cache(maxsize=KEPT)(_load)
         self._alone = lru_cache(maxsize=8 * KEPT)(self._draw_alone)
 
-    def draw(self, answer: ReportAnswer) -> PairPictures:
+    def draw(self, answer: EvaluatedPair) -> PairPictures:
         """One pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
-        target, source = self._grid(answer.target), self._grid(answer.source)
-        canvas = _canvas(target, source, answer.truth, answer.answer)
+        files = answer.pair.target_file, answer.pair.source_file
+        if files[0] is None or files[1] is None:
+            raise ValueError(f"{answer.pair.title}: has no map files")
+        target, source = self._grid(files[0]), self._grid(files[1])
+        truth = answer.truth.target_from_source
+        other = None if answer.alternative is None else answer.alternative.target_from_source
+        canvas = _canvas(target, source, truth, answer.answer)
 
-        def laid(place: Similarity2 | None, on: GridFrame) -> str | None:
+        def overlay(place: Similarity2 | None, on: GridFrame) -> str | None:
             return None if place is None else _address(_overlay(on, target, source, place))
 
-        other = answer.runner_up
         return PairPictures(
-            target=self._alone(answer.target, TARGET),
-            source=self._alone(answer.source, SOURCE),
-            by_answer=laid(answer.answer, canvas),
-            by_truth=laid(answer.truth, canvas),
-            by_runner_up=None if other is None else laid(other, _canvas(target, source, answer.truth, other)),
+            target=self._alone(files[0], TARGET),
+            source=self._alone(files[1], SOURCE),
+            by_answer=overlay(answer.answer, canvas),
+            by_truth=overlay(truth, canvas),
+            by_alternative=None if other is None else overlay(other, _canvas(target, source, truth, other)),
         )
 
     def _draw_alone(self, path: Path, wall: int) -> str:

@@ -1,4 +1,4 @@
-"""The first lines of a report: what the answers come to."""
+"""First lines of a report: the headline and the figures of each method."""
 
 from __future__ import annotations
 
@@ -7,103 +7,108 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mapquilt.benchmark.table import number_text, share_text, wrong_text
-from mapquilt.evaluation.statistics import Share
-from mapquilt.report.answer import ReportAnswer, methods_of
-from mapquilt.report.content import Content, Sheet
+from mapquilt.evaluation.aggregation import error_quantiles, outcome_counts
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
+from mapquilt.evaluation.statistics import Quantiles, Share
+from mapquilt.report.content import Content, Sheet, methods_of
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A number and what it is; ``tone`` is good, bad or empty."""
+    """A number and its meaning; ``tone`` is good, bad or empty."""
 
     value: str
     words: str
     tone: str = ""
 
 
+@dataclass(frozen=True)
+class _Summary:
+    """Figures of one method; ``true_accepts`` is None without a pair that has exactly one right answer."""
+
+    pairs: int
+    true_accepts: Share | None
+    false_accepts: Share
+    false_rejects: int
+    displacement: Quantiles | None
+    seconds: float | None
+
+
+def _summary(answers: Sequence[EvaluatedPair], method: str) -> _Summary:
+    here = [one for one in answers if one.method == method]
+    hits = [one.outcome == "true accept" for one in here if one.identifiable]
+    seconds = [one.seconds for one in here if one.seconds is not None]
+    return _Summary(
+        pairs=len(here),
+        true_accepts=Share.counted(hits) if hits else None,
+        false_accepts=Share.counted([one.outcome == "false accept" for one in here]),
+        false_rejects=outcome_counts(here)["false_rejects"],
+        displacement=error_quantiles([one for one in here if one.accepted])["displacement_m"],
+        seconds=float(np.median(seconds)) if seconds else None,
+    )
+
+
 def headline(content: Content) -> str:
-    """One sentence on the first method."""
+    """Write one sentence on the first method."""
     methods = methods_of(content.answers)
     if not methods:
         return f"{len(content.answers)} pairs of maps whose true transform is known; none has been merged yet."
-    here = [one for one in content.answers if one.method == methods[0]]
-    asked, wrong = [one for one in here if one.asked], sum(one.outcome == "wrong" for one in here)
-    wrongly = f"accepted {wrong or 'none'} of {len(here)} wrongly"
-    if not asked:
-        return f"No pair here has one right answer; {methods[0]} {wrongly}."
-    share = Share.counted([one.outcome == "right" for one in asked])
+    found, method = _summary(content.answers, methods[0]), methods[0]
+    wrong = f"{found.false_accepts.count or 'no'} false accepts among {found.pairs} pairs"
+    share = found.true_accepts
+    if share is None:
+        return f"No pair here has exactly one right answer; {method} made {wrong}."
     low, high = 100 * share.interval.low, 100 * share.interval.high
     return (
-        f"{methods[0]} got {share.count} of the {share.of} pairs that have one right answer right, and accepted them "
-        f"({100 * share.value:.0f} %, 95 % interval {low:.0f} to {high:.0f} %), and {wrongly}."
+        f"{method} found and accepted the right transform of {share.count} of {share.of} pairs with one right answer "
+        f"({100 * share.value:.0f} %, 95 % interval {low:.0f} to {high:.0f} %), and made {wrong}."
     )
 
 
 def tiles(content: Content) -> list[Tile]:
-    """The first method's figures."""
+    """Show the figures of the first method."""
     methods = methods_of(content.answers)
-    pairs = len({(one.pair, one.level) for one in content.answers})
-    found = [Tile(f"{pairs:,}", "pairs of maps")]
+    pairs = len({(one.pair.title, one.pair.level) for one in content.answers})
+    shown = [Tile(f"{pairs:,}", "pairs of maps")]
     if not methods:
-        return found
-    here = [one for one in content.answers if one.method == methods[0]]
-    asked = [one for one in here if one.asked]
-    if asked:
-        right = sum(one.outcome == "right" for one in asked)
-        found.append(Tile(f"{100 * right / len(asked):.0f} %", f"right and accepted, of {len(asked)} asked", "good"))
-    wrong, missed = (sum(one.outcome == name for one in here) for name in ("wrong", "missed"))
-    found.append(Tile(str(wrong), "accepted, but wrong", "bad" if wrong else "good"))
-    found.append(Tile(str(missed), "refused, though there is a right answer"))
-    moved = _believed(here)
-    if moved:
-        found.append(Tile(f"{100 * float(np.median(moved)):.1f} cm", "median displacement of accepted answers"))
-    seconds = [one.seconds for one in here if one.seconds is not None]
-    if seconds:
-        found.append(Tile(f"{float(np.median(seconds)):.2f} s", "median processor time of a pair"))
-    return found
+        return shown
+    found = _summary(content.answers, methods[0])
+    if found.true_accepts is not None:
+        share = found.true_accepts
+        shown.append(Tile(f"{100 * share.value:.0f} %", f"true accepts, of {share.of} with one right answer", "good"))
+    wrong = found.false_accepts.count
+    shown.append(Tile(str(wrong), "false accepts", "bad" if wrong else "good"))
+    shown.append(Tile(str(found.false_rejects), "false rejects"))
+    if found.displacement is not None:
+        shown.append(Tile(f"{100 * found.displacement.median:.1f} cm", "median displacement of accepted answers"))
+    if found.seconds is not None:
+        shown.append(Tile(f"{found.seconds:.2f} s", "median processor time of a pair"))
+    return shown
 
 
-def method_sheet(answers: tuple[ReportAnswer, ...]) -> Sheet | None:
-    """A row a method; None where nothing was merged."""
+def method_sheet(answers: tuple[EvaluatedPair, ...]) -> Sheet | None:
+    """Tabulate the figures of each method; None where nothing was merged."""
     methods = methods_of(answers)
     if not methods:
         return None
-    columns = [("method", False)] + [
-        (name, True)
-        for name in (
-            "pairs asked",
-            "right and accepted",
-            "wrong accepts",
-            "missed",
-            "median [m]",
-            "90 % [m]",
-            "s a pair",
-        )
-    ]
-    rows = [_row(method, [one for one in answers if one.method == method]) for method in methods]
+    names = ("pairs asked", "true accepts", "false accepts", "false rejects", "median [m]", "90 % [m]", "s a pair")
     caption = (
-        "Shares in per cent with Wilson's 95 % interval, wrong accepts of all pairs with the upper end of theirs; "
+        "Shares in per cent with Wilson's 95 % interval, false accepts of all pairs with the upper end of theirs; "
         "displacements are those of accepted answers."
     )
-    return Sheet("Methods", caption, columns, rows)
+    rows = [_row(method, _summary(answers, method)) for method in methods]
+    return Sheet("Methods", caption, [("method", False), *((name, True) for name in names)], rows)
 
 
-def _row(method: str, here: Sequence[ReportAnswer]) -> list[str]:
-    asked = [one.outcome == "right" for one in here if one.asked]
-    moved = _believed(here)
-    seconds = [one.seconds for one in here if one.seconds is not None]
+def _row(method: str, found: _Summary) -> list[str]:
     return [
         method,
-        str(len(asked)),
-        share_text(Share.counted(asked) if asked else None),
-        wrong_text(Share.counted([one.outcome == "wrong" for one in here])),
-        str(sum(one.outcome == "missed" for one in here)),
-        number_text(float(np.median(moved)) if moved else None, 3),
-        number_text(float(np.quantile(moved, 0.9)) if moved else None, 3),
-        number_text(float(np.median(seconds)) if seconds else None, 2),
+        str(found.true_accepts.of if found.true_accepts else 0),
+        share_text(found.true_accepts),
+        false_accept_text(found.false_accepts),
+        str(found.false_rejects),
+        number_text(None if found.displacement is None else found.displacement.median, 3),
+        number_text(None if found.displacement is None else found.displacement.p90, 3),
+        number_text(found.seconds, 2),
     ]
-
-
-def _believed(here: Sequence[ReportAnswer]) -> list[float]:
-    return [one.displacement_m for one in here if one.accepted and one.displacement_m is not None]

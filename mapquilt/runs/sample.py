@@ -23,7 +23,7 @@ from mapping.seeds import check_seed
 from mapping.settings import MappingSettings
 from mapping.slam.front_end import odometry_front_end
 from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, check_parts, true_places
+from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, check_parts, true_footprints
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from sim.mission.mission import Mission
 from sim.sensors.noise import Sensed, sense
@@ -87,7 +87,7 @@ def make_sample(
     """
     if places is None:
         seen = SeenSlices(mission, (settings.parts,), settings.mapping.clear_range)
-        places = true_places(mission, settings.parts, seen, on_step)
+        places = true_footprints(mission, settings.parts, seen, on_step)
     sensed = [
         sense(truth, settings.sensing.noise_of(lidar), settings.seed, index)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))

@@ -13,8 +13,8 @@ from mapping.io.atomic import write_files_aside
 from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot.trajectory import Trajectory
-from mapquilt.evaluation.merged_score import merged_score
-from mapquilt.evaluation.run_score import RunScore, score_answer, score_bytes
+from mapquilt.evaluation.evaluated_pair import PairInfo
+from mapquilt.evaluation.run_score import RunScore, evaluate_run_pair, score_bytes, score_merged_map
 from mapquilt.json_file import read_record
 from mapquilt.merging.merge_file import GroupRecord, MergeAnswer, load_answer
 from mapquilt.runs import folder as run_folder
@@ -24,6 +24,7 @@ from mapquilt.runs.truth_file import RunTruth, load_truth
 from mapquilt.runs.writer import fill_run
 from mapquilt.viz.png import figure_png
 from merge.merger import Progress
+from merge.records.result import PairResult
 from sim.mission.coverage import coverage
 from sim.mission.file import load_mission, save_mission
 from sim.mission.mission import Mission, simulate
@@ -109,10 +110,19 @@ def score_run(run: Path) -> RunScore:
     groups = _merged_groups(run, answer)
     world, footprints = run_folder.true_rasters(run, maps)
     merged = tuple(
-        merged_score(maps, truth, group.reference_from_map, group.reference, grid, world, footprints)
+        score_merged_map(
+            maps=maps,
+            truth=truth,
+            reference_from_map=group.reference_from_map,
+            reference=group.reference,
+            merged=grid,
+            world=world,
+            footprints={name: footprints[name] for name in group.reference_from_map},
+        )
         for group, grid in groups
     )
-    score = dataclasses.replace(score_answer(maps, truth, answer), merged=merged)
+    pairs = tuple(evaluate_run_pair(maps, truth, pair, _info(pair), answer.method) for pair in answer.pairs)
+    score = RunScore(pairs, merged)
     scored = time.perf_counter() - start
     mission = load_mission(run_folder.mission_folder(run))
     figure = overview_figure(mission, maps, truth, groups, score)
@@ -121,6 +131,10 @@ def score_run(run: Path) -> RunScore:
     seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
     write_files_aside(files | run_folder.timings_file(run, timings, "score", seconds))
     return score
+
+
+def _info(pair: PairResult) -> PairInfo:
+    return PairInfo(f"{pair.target} and {pair.source}", pair.target, pair.source)
 
 
 def _merged_groups(run: Path, answer: MergeAnswer) -> list[tuple[GroupRecord, OccupancyGrid]]:

@@ -71,7 +71,7 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
     )
 
 
-def true_places(
+def true_footprints(
     mission: Mission, parts: int = 1, seen: SeenSlices | None = None, on_step: Callable[[], None] = lambda: None
 ) -> TrueFootprints:
     """Cut each robot's mission in time into equal parts, and find what each part could have seen.

@@ -73,7 +73,7 @@ def study(
             raise
     figures = study_figures(found.results)
     write_files_aside({out / f"{name}.png": figure_png(figure) for name, figure in figures.items()})
-    return _told(out, found)
+    return _print(out, found)
 
 
 def _methods(names: list[str] | tuple[str, ...], as_published: bool) -> list[Method]:
@@ -85,7 +85,7 @@ def _methods(names: list[str] | tuple[str, ...], as_published: bool) -> list[Met
     return chosen
 
 
-def _told(out: Path, found: StudyRun) -> int:
+def _print(out: Path, found: StudyRun) -> int:
     for warning in found.warnings:
         typer.echo(f"mapquilt: warning: {warning}", err=True)
     results = found.results

@@ -1,98 +1,156 @@
-"""The files of a study: tables as CSV and Markdown, everything that was counted as JSON, times apart."""
+"""Files of a study: its plan and trials as JSON, tables as CSV and JSON, times apart."""
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mapquilt.evaluation.statistics import Interval, Share
+from mapquilt.evaluation.pair_rows import COLUMNS, TRANSFORM, csv_text, from_row, to_row
+from mapquilt.evaluation.statistics import Interval, Quantiles, Share
 from mapquilt.json_file import record_bytes, to_text
-from mapquilt.study.counting import Cell, Mean, Spread
 from mapquilt.study.paired import PairedTest
-from mapquilt.study.record import study_record
-from mapquilt.study.results import StudyResults
-from mapquilt.study.trial import PairTrial
+from mapquilt.study.plan import Method, StudyPlan, plan_study
+from mapquilt.study.results import Cell, Mean, StudyResults
+from mapquilt.study.trial import MAPS_FOLDER, Failure, MissionTrials, TeamTrial
 
+SCHEMA = "mapquilt-study/2"
 STUDY_FILE, RESULTS_FILE, PAIRS_FILE, TESTS_FILE = "study.json", "results.csv", "pairs.csv", "tests.csv"
 TIMINGS_FILE, TIMES_FILE = "timings.json", "timings.csv"
-SPREADS = ("rotation_deg", "scale_percent", "displacement_m", "displacement_of_diagonal")
+ERRORS = ("rotation_deg", "scale_percent", "displacement_m", "displacement_of_diagonal")
 MEANS = ("iou_free", "f1_walls", "joined")
-PLACE = ("x", "y", "yaw", "scale")
+PUBLISHED = " as published"
 
 
-def table_files(folder: Path, results: StudyResults) -> dict[Path, bytes]:
-    """All tables and records, as bytes; times are in the last two alone."""
-    names = [one.variable.name for one in results.plan.varied]
-    times = [dataclasses.asdict(time) for time in results.times]
+def plan_from_record(record: dict[str, Any]) -> StudyPlan:
+    """Read the plan of ``StudyPlan.record``. Raises ``ValueError`` naming a setting that is unknown by now."""
+    vary = [f"{one['name']}={','.join(one['values'])}" for one in record["varied"]]
+    fixed = [f"{name}={value}" for name, value in record["fixed"].items()]
+    methods = [Method(title.removesuffix(PUBLISHED), title.endswith(PUBLISHED)) for title in record["methods"]]
+    return plan_study(
+        None, vary, fixed, methods, record["worlds"], record["missions"], record["seed"], record["min_overlap"]
+    )
+
+
+def trials_record(trials: MissionTrials) -> dict[str, Any]:
+    """Build the journal entry of one mission; its maps are files of their own."""
     return {
-        folder / RESULTS_FILE: csv_bytes(_cell_row(names, cell) for cell in results.cells),
-        folder / PAIRS_FILE: csv_bytes(_pair_row(names, trial) for trial in results.pairs),
-        folder / TESTS_FILE: csv_bytes(_test_row(test) for test in results.tests),
-        folder / STUDY_FILE: record_bytes(folder / STUDY_FILE, "study", study_record(results)),
-        folder / TIMINGS_FILE: to_text({"unit": "s", "threads": 1, "cells": times}).encode(),
-        folder / TIMES_FILE: csv_bytes(_level(names, time["level"]) | _but_level(time) for time in times),
+        "pairs": [to_row(one) for one in trials.pairs],
+        "teams": [dataclasses.asdict(one) for one in trials.teams],
+        "failures": [dataclasses.asdict(one) for one in trials.failures],
     }
 
 
-def csv_bytes(rows: Iterable[dict[str, Any]]) -> bytes:
-    """Rows of equal columns; what does not apply is left empty. Nothing but the line's end where there is no row."""
-    found = list(rows)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(found[0]) if found else [], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(found)
-    return text.getvalue().encode()
+def trials_from_record(record: dict[str, Any]) -> MissionTrials:
+    """Read a journal entry, of this version or the one before."""
+    rows = [_renewed_row(row) if "bent" in row else row for row in record["pairs"]]
+    return MissionTrials(
+        pairs=[from_row(row) for row in rows],
+        teams=[TeamTrial(**one | {"level": tuple(one["level"])}) for one in record["teams"]],
+        failures=[Failure(**one | {"level": one["level"] and tuple(one["level"])}) for one in record["failures"]],
+    )
+
+
+def _renewed_row(old: Mapping[str, Any]) -> dict[str, Any]:
+    """Convert a row of version 1, which held transforms as lists and the folder of both maps."""
+    row = {
+        name: value for name, value in old.items() if name not in ("answer", "truth", "runner_up", "overlap", "maps")
+    }
+    for name, prefix in (("answer", ""), ("truth", "true_"), ("runner_up", "runner_up_")):
+        place = old[name] or (None,) * len(TRANSFORM)
+        row |= {f"{prefix}{part}": value for part, value in zip(TRANSFORM, place, strict=True)}
+    return row | {
+        "pair": f"{old['mission']}: {old['target']} and {old['source']}",
+        "true_overlap": old["overlap"],
+        "negative": old["overlap"] == 0.0,
+        "target_map": f"{MAPS_FOLDER}/{old['maps']}/{old['target']}.yaml",
+        "source_map": f"{MAPS_FOLDER}/{old['maps']}/{old['source']}.yaml",
+    }
+
+
+def table_files(folder: Path, results: StudyResults) -> dict[Path, bytes]:
+    """Build all tables and records; times are in the last two alone."""
+    names = [one.variable.name for one in results.plan.varied]
+    times = [dataclasses.asdict(time) for time in results.times]
+    pair_columns = (*names, *(name for name in COLUMNS if name not in ("level", *names)))
+    pair_rows = [{**to_row(one), **_level(names, one.pair.level)} for one in results.pairs]
+    return {
+        folder / RESULTS_FILE: _csv([_cell_row(names, cell) for cell in results.cells]),
+        folder / PAIRS_FILE: csv_text(
+            ({name: row[name] for name in pair_columns} for row in pair_rows), pair_columns
+        ).encode(),
+        folder / TESTS_FILE: _csv([_test_row(test) for test in results.tests]),
+        folder / STUDY_FILE: record_bytes(folder / STUDY_FILE, "study", study_record(results)),
+        folder / TIMINGS_FILE: to_text({"unit": "s", "threads": 1, "cells": times}).encode(),
+        folder / TIMES_FILE: _csv([_level(names, time["level"]) | _without_level(time) for time in times]),
+    }
+
+
+def study_record(results: StudyResults) -> dict[str, Any]:
+    """Build the content of study.json; no times."""
+    return {
+        "schema": SCHEMA,
+        **results.plan.record(),
+        "cells": [_with_lists(dataclasses.asdict(cell)) for cell in results.cells],
+        "tests": [_with_lists(dataclasses.asdict(test)) | {"verdict": test.verdict} for test in results.tests],
+        "failures": [_with_lists(dataclasses.asdict(failure)) for failure in results.failures],
+    }
+
+
+def _with_lists(record: dict[str, Any]) -> dict[str, Any]:
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
+
+
+def _csv(rows: Sequence[dict[str, Any]]) -> bytes:
+    return csv_text(rows, list(rows[0]) if rows else []).encode()
 
 
 def _level(names: Sequence[str], level: Sequence[str]) -> dict[str, Any]:
     return dict(zip(names, level, strict=True))
 
 
-def _but_level(record: dict[str, Any]) -> dict[str, Any]:
+def _without_level(record: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in record.items() if name != "level"}
 
 
 def _cell_row(names: Sequence[str], cell: Cell) -> dict[str, Any]:
+    found = cell.pairs
     row: dict[str, Any] = _level(names, cell.level)
-    row |= {"method": cell.method, "missions": cell.missions, "pairs": cell.pairs, "bent": cell.bent}
-    row |= _share("right", cell.right) | _share("right_and_accepted", cell.right_and_accepted)
-    row |= _interval("right_and_accepted_over_missions", cell.over_missions)
-    row |= _share("wrong_accepts", cell.wrong_accepts)
-    for name in SPREADS:
-        spread: Spread | None = getattr(cell, name)
-        row |= {f"{name}_median": spread and spread.median, f"{name}_p90": spread and spread.p90}
-    row["acceptance_index"] = cell.acceptance_index
+    row |= {"method": cell.method, "missions": cell.missions, "pairs": found.asked, "distorted": found.distorted}
+    row |= _share("right", found.right) | _share("true_accepts", found.true_accepts)
+    row |= _interval("true_accepts_over_missions", found.over_missions.get("true_accepts"))
+    row |= _share("false_accepts", found.false_accepts)
+    for name in ERRORS:
+        quantiles: Quantiles | None = found.errors_accepted[name]
+        row |= {
+            f"{name}_median": quantiles and quantiles.median,
+            f"{name}_p90": quantiles and quantiles.p90,
+        }
+    row["acceptance_index"] = found.acceptance_index
     for name in MEANS:
         mean: Mean | None = getattr(cell, name)
-        row |= {name: mean and mean.value} | _interval(name, None if mean is None else mean.interval)
+        row |= {name: mean and mean.value} | _interval(name, mean.interval if mean else None)
     return row
 
 
 def _share(name: str, share: Share | None) -> dict[str, Any]:
-    told = {name: share and share.count, f"{name}_of": share and share.of, f"{name}_share": share and share.value}
-    return told | _interval(f"{name}_share", None if share is None else share.interval)
+    row = {
+        name: share and share.count,
+        f"{name}_of": share and share.of,
+        f"{name}_share": share and share.value,
+    }
+    return row | _interval(f"{name}_share", share.interval if share else None)
 
 
 def _interval(name: str, interval: Interval | None) -> dict[str, Any]:
-    return {f"{name}_low": interval and interval.low, f"{name}_high": interval and interval.high}
-
-
-def _pair_row(names: Sequence[str], trial: PairTrial) -> dict[str, Any]:
-    told = _but_level(dataclasses.asdict(trial))
-    told["true_overlap"] = told.pop("overlap")
-    level = _level(names, trial.level)
-    record = level | told | level
-    for name in ("answer", "truth", "runner_up"):
-        place = record.pop(name) or (None,) * len(PLACE)
-        record |= {f"{name}_{part}": value for part, value in zip(PLACE, place, strict=True)}
-    return record
+    return {
+        f"{name}_low": interval and interval.low,
+        f"{name}_high": interval and interval.high,
+    }
 
 
 def _test_row(test: PairedTest) -> dict[str, Any]:
-    record = {"level": " ".join(test.level)} | _but_level(dataclasses.asdict(test))
+    record = {"level": " ".join(test.level)} | _without_level(dataclasses.asdict(test))
     del record["interval"]
     return record | _interval("difference", test.interval) | {"verdict": test.verdict}

@@ -12,13 +12,12 @@ from mapping.io.safe_load import read_json
 from mapquilt.jobs.journal import Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record, to_text
-from mapquilt.study.files import table_files
+from mapquilt.study.files import plan_from_record, table_files, trials_from_record, trials_record
 from mapquilt.study.plan import MissionTask, StudyPlan
-from mapquilt.study.record import plan_from_record, trials_from_record, trials_record
 from mapquilt.study.results import StudyResults, build_results
-from mapquilt.study.trial import Failure, MissionTrials, run_mission
+from mapquilt.study.trial import MAPS_FOLDER, Failure, MissionTrials, run_mission
 
-PLAN_FILE, TRIALS_FILE, MAPS_FOLDER = "plan.json", ".trials.jsonl", "maps"
+PLAN_FILE, TRIALS_FILE = "plan.json", ".trials.jsonl"
 PLAN_SCHEMA = "mapquilt-plan/1"
 
 

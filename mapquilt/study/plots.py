@@ -1,4 +1,4 @@
-"""The curves of a study, each with its intervals."""
+"""Curves of a study, each with its intervals."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mapquilt.evaluation.statistics import Interval
+from mapquilt.evaluation.statistics import Interval, Quantiles
 from mapquilt.numbers import parse_number, parse_range
-from mapquilt.study.counting import Cell, Mean, Spread
-from mapquilt.study.results import StudyResults
+from mapquilt.study.results import Cell, Mean, StudyResults
 from mapquilt.viz.plot_style import (
     in_per_cent,
     logarithmic,
@@ -30,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 LOGARITHMIC = 8.0
-"""Values that grow by so much are spaced by their logarithms."""
+"""Ratio of the last to the first value from which the axis is logarithmic."""
 DODGE = 0.012
-"""How far apart the methods' points stand, of the axis."""
+"""Distance between the points of two methods, as a share of the axis."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ OfCell = Callable[[Cell], Point | None]
 
 @dataclass(frozen=True)
 class Axis:
-    """Where the values of the first varied setting stand, and what stands there."""
+    """Places and labels of the values of the first varied setting."""
 
     places: tuple[float, ...]
     labels: tuple[str, ...]
@@ -88,7 +87,7 @@ def _number(text: str) -> float | None:
 
 
 def study_figures(results: StudyResults) -> Mapping[str, Figure]:
-    """All figures by the name of their file; the first is the study's main one."""
+    """Draw all figures, by the name of their file; the first is the main one."""
     return {
         "success": success_figure(results),
         "errors": errors_figure(results),
@@ -98,10 +97,10 @@ def study_figures(results: StudyResults) -> Mapping[str, Figure]:
 
 
 def success_figure(results: StudyResults) -> Figure:
-    """Share right and accepted, and share wrongly accepted, for each value of the second setting if there is one."""
+    """Draw the shares of true and of false accepts, in a row for each value of the second setting if there is one."""
     columns: list[tuple[str, OfCell]] = [
-        ("right and accepted", _success),
-        ("accepted, but wrong: the fewer the better", _wrong),
+        ("true accepts", _true_accepts),
+        ("false accepts: the fewer the better", _false_accepts),
     ]
     figure = _grid(results, columns, ("of pairs with one right answer", "of all pairs"))
     for panel in figure.axes:
@@ -112,11 +111,11 @@ def success_figure(results: StudyResults) -> Figure:
 
 
 def errors_figure(results: StudyResults) -> Figure:
-    """Median and 90th percentile of the errors of accepted answers."""
+    """Draw median and 90th percentile of the errors of accepted answers."""
     columns: list[tuple[str, OfCell]] = [
-        ("displacement", lambda cell: _up_to_p90(cell.displacement_m)),
-        ("rotation", lambda cell: _up_to_p90(cell.rotation_deg)),
-        ("scale", lambda cell: _up_to_p90(cell.scale_percent)),
+        ("displacement", lambda cell: _up_to_p90(cell.pairs.errors_accepted["displacement_m"])),
+        ("rotation", lambda cell: _up_to_p90(cell.pairs.errors_accepted["rotation_deg"])),
+        ("scale", lambda cell: _up_to_p90(cell.pairs.errors_accepted["scale_percent"])),
     ]
     figure = _grid(results, columns, ("median to 90th percentile [m]", "[degrees]", "[%]"))
     for panel in figure.axes:
@@ -127,7 +126,7 @@ def errors_figure(results: StudyResults) -> Figure:
 
 
 def quality_figure(results: StudyResults) -> Figure:
-    """The merged map against what the team truly saw, and the acceptance index, which needs no truth."""
+    """Draw the quality of the merged map against all that the team observed, and the acceptance index."""
     columns: list[tuple[str, OfCell]] = [
         ("free space of the merged map", lambda cell: _mean(cell.iou_free)),
         ("walls of the merged map", lambda cell: _mean(cell.f1_walls)),
@@ -140,7 +139,7 @@ def quality_figure(results: StudyResults) -> Figure:
 
 
 def time_figure(results: StudyResults) -> Figure:
-    """Seconds of the processor a pair: median, 10th and 90th percentile over missions."""
+    """Draw the processor time of a pair: median, 10th and 90th percentile over missions."""
     times = {(time.level, time.method): time for time in results.times}
 
     def of(cell: Cell) -> Point | None:
@@ -153,13 +152,14 @@ def time_figure(results: StudyResults) -> Figure:
     return figure
 
 
-def _success(cell: Cell) -> Point | None:
-    share = cell.right_and_accepted
-    return None if share is None else Point(share.value, share.interval, cell.over_missions)
+def _true_accepts(cell: Cell) -> Point | None:
+    share = cell.pairs.true_accepts
+    band = cell.pairs.over_missions.get("true_accepts")
+    return None if share is None else Point(share.value, share.interval, band)
 
 
-def _wrong(cell: Cell) -> Point | None:
-    share = cell.wrong_accepts
+def _false_accepts(cell: Cell) -> Point | None:
+    share = cell.pairs.false_accepts
     return None if share is None else Point(share.value, share.interval)
 
 
@@ -168,15 +168,15 @@ def _mean(mean: Mean | None) -> Point | None:
 
 
 def _index(cell: Cell) -> Point | None:
-    return None if cell.acceptance_index is None else Point(cell.acceptance_index)
+    return None if cell.pairs.acceptance_index is None else Point(cell.pairs.acceptance_index)
 
 
-def _up_to_p90(spread: Spread | None) -> Point | None:
-    return None if spread is None else Point(spread.median, Interval(spread.median, spread.p90))
+def _up_to_p90(errors: Quantiles | None) -> Point | None:
+    return None if errors is None else Point(errors.median, Interval(errors.median, errors.p90))
 
 
 def _grid(results: StudyResults, columns: Sequence[tuple[str, OfCell]], units: Sequence[str]) -> Figure:
-    """A column for each quantity, a row for each value of the second setting."""
+    """Draw a column for each quantity and a row for each value of the second setting."""
     varied = results.plan.varied
     second = varied[1].values if len(varied) > 1 else (None,)
     axis = Axis.of(varied[0].values)
@@ -200,20 +200,20 @@ def _draw(panel: Axes, results: StudyResults, axis: Axis, second: str | None, of
         levels = [(value,) if second is None else (value, second) for value in results.plan.varied[0].values]
         points = [of(results.cell(level, method)) for level in levels]
         places = axis.dodged(index, len(methods))
-        told = [(place, point) for place, point in zip(places, points, strict=True) if point is not None]
-        handles.append(_draw_series(panel, told, index))
+        known = [(place, point) for place, point in zip(places, points, strict=True) if point is not None]
+        handles.append(_draw_series(panel, known, index))
     return handles
 
 
-def _draw_series(panel: Axes, told: Sequence[tuple[float, Point]], index: int) -> Line2D:
+def _draw_series(panel: Axes, known: Sequence[tuple[float, Point]], index: int) -> Line2D:
     colour = series_colour(index)
-    x = np.array([place for place, _ in told])
-    y = np.array([point.value for _, point in told])
-    bars = [(place, point.value, point.bar) for place, point in told if point.bar is not None]
+    x = np.array([place for place, _ in known])
+    y = np.array([point.value for _, point in known])
+    bars = [(place, point.value, point.bar) for place, point in known if point.bar is not None]
     for place, value, bar in bars:
         reach = np.maximum(0.0, [[value - bar.low], [bar.high - value]])
         panel.errorbar(place, value, yerr=reach, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2.5)
-    banded = [(place, point.band) for place, point in told if point.band is not None]
+    banded = [(place, point.band) for place, point in known if point.band is not None]
     if banded:
         low, high = [band.low for _, band in banded], [band.high for _, band in banded]
         panel.fill_between([place for place, _ in banded], low, high, color=colour, alpha=0.13, linewidth=0.0)

@@ -18,7 +18,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.evaluation.merged_score import placed_in_world
+from mapquilt.evaluation.map_quality import align_to_world
 from mapquilt.evaluation.run_score import RunScore
 from mapquilt.merging.merge_file import GroupRecord
 from mapquilt.runs.truth_file import RunTruth
@@ -88,10 +88,8 @@ def overview_figure(
 
 
 def _quality(score: RunScore, group: GroupRecord) -> str:
-    told = next((each for each in score.merged if each.reference == group.reference), None)
-    if told is None or told.iou_free is None or told.f1_walls is None:
-        return ""
-    return f"; free IoU {told.iou_free:.2f}, walls F1 {told.f1_walls:.2f}"
+    found = next((each.quality for each in score.merged if each.reference == group.reference), None)
+    return "" if found is None else f"; free IoU {found.iou_free:.2f}, walls F1 {found.f1_walls:.2f}"
 
 
 def _extent(grid: OccupancyGrid) -> Extent:
@@ -149,7 +147,8 @@ def _show_over_truth(
     panel.add_collection(PolyCollection(mission.world.obstacles, facecolors=TRUE_WALL, edgecolors="none"))
     for group in groups:
         if group.reference_from_map:
-            world_from_reference = placed_in_world(maps, truth, group.reference_from_map)
+            world_from_map = {name: truth.robot(name).truth.world_from_map for name in group.reference_from_map}
+            world_from_reference = align_to_world(maps, world_from_map, group.reference_from_map)
             placed = {name: world_from_reference @ place for name, place in group.reference_from_map.items()}
             _show_all_walls(panel, maps, placed)
     write_title(panel, "merged walls", "over the true ones (grey) [m]")

@@ -1,4 +1,4 @@
-"""One pair and one answer as a picture: target, source, and one laid on the other."""
+"""Picture of one answer to a pair: target, source, and both overlaid."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.map_set import MapSet
 from mapquilt.viz.palette import FREE, ROBOTS, UNKNOWN, WALL
 
 SIDE, GAP = 300, 10
@@ -20,7 +19,7 @@ SIDE, GAP = 300, 10
 
 MARGIN = 0.03
 FARTHEST = 1.5
-"""The overlay shows the source no further off than so many diagonals of the target."""
+"""Largest distance of the source from the target in the overlay, in diagonals of the target."""
 
 MOST_SIDES_AWAY = 50.0
 
@@ -29,25 +28,26 @@ TRUE_PLACE = "#009E73"
 Picture = NDArray[np.uint8]
 
 
-def card_picture(maps: MapSet, answer: Similarity2 | None, truth: Similarity2 | None) -> Picture:
-    """RGB (SIDE, 3 SIDE + 2 GAP, 3): the target, the source, and the source's walls over the target's where the
-    answer puts them. The source's true bounding box is drawn dashed."""
-    target, source = maps.grids
-    panels = [_whole(target), _whole(source), _overlay(target, source, answer, truth)]
+def card_picture(
+    target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2 | None, truth: Similarity2 | None
+) -> Picture:
+    """Draw the target, the source, and the source's walls over the target's where the answer puts them, as RGB
+    (SIDE, 3 SIDE + 2 GAP, 3). The source's true bounding box is dashed."""
+    panels = [_draw_map(target), _draw_map(source), _overlay(target, source, answer, truth)]
     space = np.full((SIDE, GAP, 3), 255, np.uint8)
     return np.hstack((panels[0], space, panels[1], space, panels[2]))
 
 
-def _whole(grid: OccupancyGrid) -> Picture:
+def _draw_map(grid: OccupancyGrid) -> Picture:
     canvas = _Canvas.around(_corners(grid))
-    free, walls = _seen(canvas, grid, Similarity2.identity())
-    image = _unknown(canvas)
+    free, walls = _free_and_walls(canvas, grid, Similarity2.identity())
+    image = _blank(canvas)
     image[free] = FREE
     image[walls] = WALL
     return image[::-1]
 
 
-def _unknown(canvas: _Canvas) -> Picture:
+def _blank(canvas: _Canvas) -> Picture:
     return np.full((*canvas.frame.shape, 3), UNKNOWN, np.uint8)
 
 
@@ -65,11 +65,11 @@ class _Canvas:
         return _Canvas(GridFrame(side / SIDE, SE2(float(corner[0]), float(corner[1]), 0.0), (SIDE, SIDE)))
 
     def centres(self) -> NDArray[np.float64]:
-        """Points (SIDE * SIDE, 2), row by row."""
+        """Return the centres of all pixels (SIDE * SIDE, 2), row by row."""
         return self.frame.metres_from_cells(np.argwhere(np.ones(self.frame.shape, dtype=bool)))
 
-    def shows(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which pixels (SIDE, SIDE) hold a point."""
+    def mask(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Mark the pixels (SIDE, SIDE) that hold a point."""
         cells = _cells(self.frame, points)
         cells = cells[self.frame.contains(cells)]
         mask = np.zeros(self.frame.shape, dtype=bool)
@@ -77,7 +77,7 @@ class _Canvas:
         return mask
 
     def pixels(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
-        """Pixels (N, 2) x, y of the picture, y down."""
+        """Convert points to pixels (N, 2) x, y of the picture, y down."""
         cells = _cells(self.frame, points)
         return np.stack((cells[:, 1], SIDE - 1 - cells[:, 0]), axis=-1).astype(np.int32)
 
@@ -89,7 +89,7 @@ def _overlay(
     low, high = corners.min(axis=0) - reach, corners.max(axis=0) + reach
     places = [place.apply(_corners(source)) for place in (answer, truth) if place is not None]
     canvas = _Canvas.around(np.concatenate([corners, *(np.clip(place, low, high) for place in places)]))
-    image = _coloured(canvas, target, source, answer)[::-1].copy()
+    image = _draw_both(canvas, target, source, answer)[::-1].copy()
     if answer is not None:
         _outline(image, canvas.pixels(answer.apply(_corners(source))), ROBOTS[1], dashed=False)
     if truth is not None:
@@ -97,14 +97,14 @@ def _overlay(
     return image
 
 
-def _coloured(canvas: _Canvas, target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2 | None) -> Picture:
-    free, walls = _seen(canvas, target, Similarity2.identity())
-    image = _unknown(canvas)
+def _draw_both(canvas: _Canvas, target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2 | None) -> Picture:
+    free, walls = _free_and_walls(canvas, target, Similarity2.identity())
+    image = _blank(canvas)
     if answer is None:
         image[free] = FREE
         image[walls] = _rgb(ROBOTS[0])
         return image
-    other_free, other_walls = _seen(canvas, source, answer)
+    other_free, other_walls = _free_and_walls(canvas, source, answer)
     image[free | other_free] = FREE
     image[other_walls] = _rgb(ROBOTS[1])
     image[walls] = _rgb(ROBOTS[0])
@@ -113,28 +113,28 @@ def _coloured(canvas: _Canvas, target: OccupancyGrid, source: OccupancyGrid, ans
     return image
 
 
-def _seen(
+def _free_and_walls(
     canvas: _Canvas, grid: OccupancyGrid, target_from_grid: Similarity2
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Free and wall pixels (SIDE, SIDE): a wall shows however thin, a gap between cells that are larger does not."""
+    """Mark free and wall pixels (SIDE, SIDE). Thin walls stay visible, and large cells leave no gaps."""
     cells = _cells(grid.frame, target_from_grid.inverse().apply(canvas.centres()))
     inside = grid.frame.contains(cells)
     values = np.zeros(len(cells), np.float32)
     values[inside] = grid.log_odds[cells[inside, 0], cells[inside, 1]]
     values = values.reshape(canvas.frame.shape)
-    walls = canvas.shows(target_from_grid.apply(grid.frame.metres_from_cells(np.argwhere(grid.occupied))))
+    walls = canvas.mask(target_from_grid.apply(grid.frame.metres_from_cells(np.argwhere(grid.occupied))))
     return values < 0.0, walls | (values > 0.0)
 
 
 def _cells(frame: GridFrame, points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The cells (N, 2) of points [m]; those of absurd answers are drawn nearer, where whole numbers still hold them."""
+    """Convert points [m] to cells (N, 2); points far outside are clipped to where integers still hold them."""
     reach = MOST_SIDES_AWAY * max(frame.shape) * frame.resolution
     corner = np.array([frame.origin.x, frame.origin.y])
     return frame.cells_from_metres(np.clip(points, corner - reach, corner + reach))
 
 
 def _corners(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """The corners (4, 2) of the box around the known cells [m], in order around it."""
+    """Return the corners (4, 2) of the box around the known cells [m], in order around it."""
     rows, cols = np.nonzero(grid.known)
     low, high = (rows.min(), cols.min()), (rows.max(), cols.max())
     box = np.array([(low[0], low[1]), (low[0], high[1]), (high[0], high[1]), (high[0], low[1])])

@@ -17,6 +17,12 @@ WALL, FREE, UNKNOWN = (31, 35, 40), (255, 255, 255), (214, 217, 221)
 TRUE_WALL = "#b9bec6"
 FENCE = "#b3007d"
 INK = "#24292f"
+OUTCOME_COLOURS = {
+    "true accept": "#007a5a",
+    "false reject": "#B8860B",
+    "false accept": "#c1121f",
+    "true reject": "#8b949e",
+}
 
 _OF_A_RUN = re.compile(r"robot_(\d+)(?:_part_\d+)?")
 _DARKEST, _LIGHTEST = -0.3, 0.35

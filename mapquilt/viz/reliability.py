@@ -1,4 +1,4 @@
-"""The reliability diagram: how often an answer was right, over how sure it was."""
+"""Reliability diagram: share of right answers over confidence."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COLUMNS = 3
 
 
 def reliability_figure(calibrations: Sequence[Calibration]) -> Figure:
-    """One panel a method: bins of equal mass with Wilson's intervals; what is calibrated lies on the diagonal."""
+    """Draw bins of equal mass with Wilson's intervals, a panel per method; a calibrated one lies on the diagonal."""
     from matplotlib.figure import Figure
 
     columns = min(COLUMNS, len(calibrations))
@@ -35,11 +35,13 @@ def reliability_figure(calibrations: Sequence[Calibration]) -> Figure:
 
 def _draw(axes: Axes, found: Calibration, colour: str) -> None:
     axes.plot((0.0, 1.0), (0.0, 1.0), color="#b9bec6", linewidth=1.0, linestyle="--")
-    said = np.array([one.confidence for one in found.bins])
+    confidence = np.array([one.confidence for one in found.bins])
     right = np.array([one.right.value for one in found.bins])
     low = right - np.array([one.right.interval.low for one in found.bins])
     high = np.array([one.right.interval.high for one in found.bins]) - right
-    axes.errorbar(said, right, yerr=np.maximum(0.0, (low, high)), color=colour, fmt="o-", linewidth=0.8, capsize=3)
+    axes.errorbar(
+        confidence, right, yerr=np.maximum(0.0, (low, high)), color=colour, fmt="o-", linewidth=0.8, capsize=3
+    )
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-0.02, 1.02)
     axes.set_aspect("equal")

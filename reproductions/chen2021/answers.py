@@ -1,21 +1,19 @@
-"""What every method says of one place and seed."""
+"""Answers of every method to the cases of one place and seed."""
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-import numpy as np
-
-from mapping.geometry.se2 import wrap_angle
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
-from mapquilt.benchmark.trial import one_thread, warm_up
-from mapquilt.evaluation.transform_error import THESIS, transform_error
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo, evaluate_pair
+from mapquilt.evaluation.pair_rows import ERRORS, from_row, to_row
+from mapquilt.evaluation.transform_error import THESIS, TransformError, transform_error
+from mapquilt.jobs.timing import one_thread, warm_up
 from merge.merger import match_maps, merge_maps
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
@@ -25,43 +23,37 @@ from reproductions.chen2021.missions import DrawnMap
 
 
 @dataclass(frozen=True)
-class StudyAnswer:
-    """Of one method, case and seed. ``right`` by the thesis's criterion; the errors as in
-    ``TransformError``, None without an answer, and for a team the greatest of any two of its maps;
-    ``index`` is the acceptance index at the answer, ``true_index`` at the truth, both on the original rasters, and
-    ``transform`` x, y, yaw and scale; a team has none of these."""
+class CaseAnswer:
+    """One method's answer to a case and seed, evaluated by the thesis's criterion.
+
+    ``index`` is the acceptance index at the answer, ``true_index`` at the truth, both on the original rasters. For a
+    team, the errors are the greatest of any two of its maps, and there is no index and no transform.
+    """
 
     case: str
     seed: int
-    method: str
-    right: bool
-    accepted: bool
-    confidence: float | None
-    rotation_deg: float | None = None
-    scale_percent: float | None = None
-    displacement_cells: float | None = None
+    pair: EvaluatedPair
     index: float | None = None
     true_index: float | None = None
-    transform: tuple[float, float, float, float] | None = None
 
     def record(self) -> dict[str, Any]:
-        return asdict(self)
+        row = to_row(self.pair)
+        return {"case": self.case, "seed": self.seed, "index": self.index, "true_index": self.true_index, "pair": row}
 
     @staticmethod
-    def from_record(record: dict[str, Any]) -> StudyAnswer:
-        transform = record["transform"]
-        return StudyAnswer(**(record | {"transform": None if transform is None else tuple(transform)}))
+    def from_record(record: dict[str, Any]) -> CaseAnswer:
+        return CaseAnswer(**record | {"pair": from_row(record["pair"])})
 
 
-Timed = tuple[StudyAnswer, float]
-"""An answer and the processor seconds that it took, on one thread."""
+Timed = tuple[CaseAnswer, float]
+"""An answer and its processor time on one thread."""
 
 
 def answers_of(place: Place, maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int) -> list[Timed]:
-    """A method on each case of the place.
+    """Run a method on each case of the place.
 
-    The floor's pairs are matched each by itself, and take a third of the time each. The three robots are merged from
-    these answers: as a team by the common judge, chained through the third robot's map by a pipeline as published.
+    The floor's pairs are matched one by one, and each takes a third of the time. The three robots are merged from these
+    answers: as a team by the common acceptance, chained through the third robot's map by a pipeline as published.
     """
     with one_thread():
         warm_up(settings)
@@ -98,13 +90,13 @@ def _of_floor(maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int) 
 
 
 CHAIN = (("robot 1", "robot 3"), ("robot 2", "robot 3"))
-"""Pairs that have much in common; the map that is in both holds the other two together."""
+"""Pairs with much overlap; the map that is in both connects the other two."""
 
 
 def chained(pairs: Mapping[tuple[str, str], PairResult]) -> tuple[dict[str, Similarity2], bool]:
-    """Every map's place in the third robot's frame by the pairs of the chain alone, and whether both were believed.
+    """Place every map in the third robot's frame by the pairs of the chain; True if both pairs were accepted.
 
-    Nothing weighs one pair against another: a pipeline that only knows pairs can do no more.
+    A pipeline that knows pairs only cannot weigh one pair against another.
     """
     links = {names: pairs[names] for names in CHAIN}
     placed = {"robot 3": Similarity2.identity()}
@@ -120,34 +112,32 @@ def _team(maps: Mapping[str, DrawnMap], names: tuple[str, ...]) -> MapSet:
 
 def _scored(
     case: Case, maps: Mapping[str, DrawnMap], settings: MergeSettings, seed: int, pair: PairResult
-) -> StudyAnswer:
+) -> CaseAnswer:
     target, source = (maps[name] for name in case.maps)
-    truth = _truth(target, source)
-    true_index = compared_cells(target, source).acceptance_index
     place = pair.target_from_source
-    if place is None:
-        return StudyAnswer(
-            case.name, seed, settings.title, False, pair.accepted, pair.confidence, true_index=true_index
-        )
-    error = transform_error(target.grid, source.grid, truth, place)
-    return StudyAnswer(
+    return CaseAnswer(
         case.name,
         seed,
-        settings.title,
-        THESIS.holds(error),
-        pair.accepted,
-        pair.confidence,
-        error.rotation_deg,
-        error.scale_percent,
-        error.displacement_cells,
-        compared_cells(target, source, place).acceptance_index,
-        true_index,
-        (place.x, place.y, place.yaw, place.scale),
+        evaluate_pair(
+            target.grid,
+            source.grid,
+            GroundTruth(_truth(target, source), residual_m=0.0),
+            pair,
+            pair=_info(case, seed),
+            method=settings.title,
+            criterion=THESIS,
+        ),
+        None if place is None else compared_cells(target, source, place).acceptance_index,
+        compared_cells(target, source).acceptance_index,
     )
 
 
+def _info(case: Case, seed: int) -> PairInfo:
+    return PairInfo(case.name, case.maps[0], " and ".join(case.maps[1:]), mission=str(seed))
+
+
 def compared_cells(target: DrawnMap, source: DrawnMap, target_from_source: Similarity2 | None = None) -> CommonCells:
-    """Two maps compared cell by cell, at the truth or at an answer in metres."""
+    """Compare two maps cell by cell, at the truth or at an answer in metres."""
     place = _truth(target, source) if target_from_source is None else target_from_source
     corners = [Similarity2.from_se2(each.grid.frame.origin, each.grid.frame.resolution) for each in (target, source)]
     return compare_cells(target.grid, source.grid, corners[0].inverse() @ place @ corners[1])
@@ -164,26 +154,31 @@ def _scored_team(
     seed: int,
     reference_from_map: Mapping[str, Similarity2],
     accepted: bool,
-) -> StudyAnswer:
-    """Right where every map lies right in every other's frame."""
-    if set(reference_from_map) != set(case.maps):
-        return StudyAnswer(case.name, seed, settings.title, False, accepted, None)
-    errors = [
-        _error_of_all_cells(
-            maps[target], maps[source], reference_from_map[target].inverse() @ reference_from_map[source]
-        )
-        for target, source in combinations(case.maps, 2)
-    ]
-    rotation, scale, cells = (max(error[k] for error in errors) for k in range(3))
-    right = rotation <= THESIS.rotation_deg and scale <= THESIS.scale_percent and cells <= THESIS.displacement_cells
-    return StudyAnswer(case.name, seed, settings.title, right, accepted, None, rotation, scale, cells)
+) -> CaseAnswer:
+    """Evaluate a team by its worst pair: it is right if every map lies right in every other's frame.
 
-
-def _error_of_all_cells(target: DrawnMap, source: DrawnMap, place: Similarity2) -> tuple[float, float, float]:
-    """Rotation [degrees], scale [percent] and mean displacement of all cells that the source knows [cells of the
-    target]: two wings may have no cell in common."""
-    truth = _truth(target, source)
-    points = source.grid.frame.metres_from_cells(np.argwhere(source.grid.known))
-    moved = np.hypot(*(place.apply(points) - truth.apply(points)).T).mean()
-    turned = abs(math.degrees(wrap_angle(place.yaw - truth.yaw)))
-    return turned, 100.0 * abs(place.scale / truth.scale - 1.0), float(moved) / target.grid.frame.resolution
+    Errors are those of all cells that the source knows, since two wings may have no cell in common.
+    """
+    error = None
+    if set(reference_from_map) == set(case.maps):
+        errors = [
+            transform_error(
+                maps[target].grid,
+                maps[source].grid,
+                _truth(maps[target], maps[source]),
+                reference_from_map[target].inverse() @ reference_from_map[source],
+                cells="source",
+            )
+            for target, source in combinations(case.maps, 2)
+        ]
+        error = TransformError(*(max(getattr(one, name) for one in errors) for name in ERRORS))
+    found = EvaluatedPair(
+        pair=_info(case, seed),
+        truth=GroundTruth(Similarity2.identity(), residual_m=0.0),
+        method=settings.title,
+        accepted=accepted,
+        error=error,
+        right=error is not None and THESIS.holds(error),
+        distorted=False,
+    )
+    return CaseAnswer(case.name, seed, found)

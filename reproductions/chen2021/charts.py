@@ -82,7 +82,9 @@ def index_figure(study: Study) -> Figure:
     for place, case in enumerate(cases):
         for method, shift in ((PLAIN, -0.22), (CORRECTED, 0.0)):
             for right, marker, colour in ((True, "o", COLOURS[method]), (False, "x", WRONG)):
-                chosen = [a for a in study.answers if (a.case, a.method, a.right) == (case.name, method, right)]
+                chosen = [
+                    a for a in study.answers if (a.case, a.pair.method, a.pair.right) == (case.name, method, right)
+                ]
                 values = np.array([a.index for a in chosen if a.index is not None])
                 x = place + shift + 0.14 * ((np.arange(len(values)) + 0.5) / max(len(values), 1) - 0.5)
                 shown = values >= LEAST_INDEX

@@ -10,14 +10,14 @@ from pathlib import Path
 from mapping.io.atomic import write_bytes_aside
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
-from reproductions.chen2021.answers import StudyAnswer, answers_of
+from reproductions.chen2021.answers import CaseAnswer, answers_of
 from reproductions.chen2021.cases import PLACES, Place
 from reproductions.chen2021.map_store import maps_bytes, read_maps
 from reproductions.chen2021.methods import method_named, study_methods
 from reproductions.chen2021.missions import drawn_maps
 
 SPEC_FILE = "thesis.json"
-SPEC_TEXT = '{"schema": "mapquilt-thesis/1"}\n'
+SPEC_TEXT = '{"schema": "mapquilt-thesis/2"}\n'
 MAPS_FOLDER = "maps"
 MOST_SEEDS = 1000
 
@@ -56,7 +56,7 @@ class Task:
 class Done:
     """What came of a task: answers with their seconds, or the bytes of its maps."""
 
-    answers: tuple[tuple[StudyAnswer, float], ...] = ()
+    answers: tuple[tuple[CaseAnswer, float], ...] = ()
     maps: bytes | None = None
 
 
@@ -65,7 +65,7 @@ class Study:
     """All answers in the order of methods, places, seeds and cases, and their seconds."""
 
     spec: StudySpec
-    answers: tuple[StudyAnswer, ...]
+    answers: tuple[CaseAnswer, ...]
     seconds: tuple[float, ...]
 
 
@@ -150,5 +150,5 @@ def _is_whole(out: Path, entry: Entry) -> bool:
 
 
 def _study(spec: StudySpec, entries: list[Entry]) -> Study:
-    answers = [StudyAnswer.from_record(record) for entry in entries for record in entry["answers"]]
+    answers = [CaseAnswer.from_record(record) for entry in entries for record in entry["answers"]]
     return Study(spec, tuple(answers), tuple(seconds for entry in entries for seconds in entry["seconds"]))

@@ -18,9 +18,9 @@ class Measured:
     corrected_runs: int = 5
 
     @property
-    def told_plain(self) -> str:
+    def plain_text(self) -> str:
         return f"{self.plain} of {self.plain_runs}"
 
     @property
-    def told_corrected(self) -> str:
+    def corrected_text(self) -> str:
         return "not run" if self.corrected is None else f"{self.corrected} of {self.corrected_runs}"

@@ -22,7 +22,7 @@ from merge.literature.chen2021.sift import Features, Sift
 from merge.pair.feature_cache import MARGIN_CELLS
 from merge.preparation.map_image import pixels_from_cells, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
-from reproductions.chen2021.answers import StudyAnswer
+from reproductions.chen2021.answers import CaseAnswer
 from reproductions.chen2021.cases import Case, Place
 from reproductions.chen2021.make import Study
 from reproductions.chen2021.methods import CORRECTED, PLAIN, SCALE
@@ -69,26 +69,27 @@ def case_figure(case: Case, maps: Mapping[str, DrawnMap], study: Study, seed: in
     _draw_after(axes[1, 0], grids, truth)
     for row, method in enumerate((PLAIN, CORRECTED)):
         answer = _answer(study, case, method, seed)
-        place = None if answer is None or answer.transform is None else Similarity2(*answer.transform)
+        place = None if answer is None else answer.pair.answer
         _draw_merged(axes[row, 1], grids, place)
-        _titled(axes[row, 1], method, _told(answer))
+        _titled(axes[row, 1], method, _caption(answer))
     figure.suptitle(f"{case.title}; seed {seed}", fontsize=12, color=INK, fontweight="bold")
     return figure
 
 
-def _answer(study: Study, case: Case, method: str, seed: int) -> StudyAnswer | None:
-    found = [a for a in study.answers if (a.case, a.method, a.seed) == (case.name, method, seed)]
+def _answer(study: Study, case: Case, method: str, seed: int) -> CaseAnswer | None:
+    found = [a for a in study.answers if (a.case, a.pair.method, a.seed) == (case.name, method, seed)]
     return found[0] if found else None
 
 
-def _told(answer: StudyAnswer | None) -> str:
+def _caption(answer: CaseAnswer | None) -> str:
     if answer is None:
         return "did not run"
-    if answer.index is None or answer.true_index is None or answer.displacement_cells is None:
-        return "no answer" if answer.transform is None else "wrong: the maps have no cell in common"
-    outcome = "right" if answer.right else "wrong"
+    error = answer.pair.error
+    if answer.index is None or answer.true_index is None or error is None or error.displacement_cells is None:
+        return "no answer" if answer.pair.answer is None else "wrong: the maps have no cell in common"
+    outcome = "right" if answer.pair.right else "wrong"
     indices = f"AI {answer.index:.3f}, at the truth {answer.true_index:.3f}"
-    return f"{outcome}, off by {answer.displacement_cells:.1f} cells; {indices}"
+    return f"{outcome}, error {error.displacement_cells:.1f} cells; {indices}"
 
 
 def _draw_before(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) -> None:

@@ -1,4 +1,4 @@
-"""The study as tables, to read and for the terminal."""
+"""Tables of the reproduction in Markdown and for the terminal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MISSING = "-"
 
 
 def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
-    """The whole report."""
+    """Write the whole report."""
     parts = [
         "# Chen (2021), again",
         f"Seeds a case: {study.spec.seeds}. An answer is right within 10 cells, 5 degrees and 5 % of scale. Shares "
@@ -28,7 +28,7 @@ def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
         compact(counted),
         "## Every method",
         "Right, %, and in brackets how many of the other answers were accepted. `as published` a method decides for "
-        "itself; the others go through the common judge.",
+        "itself; the others go through the common acceptance.",
         overview(study.spec.methods, counted),
         "## Every method, case by case",
         "Errors are medians of the right answers, of the three robots together the greatest of any two; seconds are "
@@ -39,7 +39,7 @@ def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
 
 
 def compact(counted: Sequence[CaseTally]) -> str:
-    """Thesis and study side by side, a line a case, for the two pipelines and the method of the house."""
+    """Tabulate thesis and reproduction side by side, for the two pipelines and ``quilt``."""
     head = ("case", "differs by", "overlap", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "AI SIFT")
     with_house = any(one.method == HOUSE for one in counted)
     rows = [(*head, "AI corrected", "AI at the truth", *((f"{HOUSE} %",) if with_house else ()))]
@@ -54,9 +54,9 @@ def compact(counted: Sequence[CaseTally]) -> str:
                 case.name,
                 case.differs,
                 _percent(plain.overlap),
-                MISSING if measured is None else measured.told_plain,
+                MISSING if measured is None else measured.plain_text,
                 _share(plain.right),
-                MISSING if measured is None else measured.told_corrected,
+                MISSING if measured is None else measured.corrected_text,
                 _share(corrected.right),
                 _number(plain.index, 3) + ("" if measured is None else f" ({measured.plain_index:.3f})"),
                 _number(corrected.index, 3),
@@ -68,19 +68,19 @@ def compact(counted: Sequence[CaseTally]) -> str:
 
 
 def overview(methods: Sequence[str], counted: Sequence[CaseTally]) -> str:
-    """A line a method, a column a case: per cent right, and wrong accepts where there are any."""
+    """Tabulate per cent right by method and case, and false accepts in brackets if there are any."""
     by_place = {(one.case.name, one.method): one for one in counted}
     head = ("method", *(case.name for case in CASES))
-    rows = [(method, *(_at_a_glance(by_place[case.name, method]) for case in CASES)) for method in methods]
+    rows = [(method, *(_overview_cell(by_place[case.name, method]) for case in CASES)) for method in methods]
     return _rows([head, *rows])
 
 
-def _at_a_glance(one: CaseTally) -> str:
-    wrong = f" ({one.wrong_accepts})" if one.wrong_accepts else ""
+def _overview_cell(one: CaseTally) -> str:
+    wrong = f" ({one.false_accepts})" if one.false_accepts else ""
     return f"{100 * one.right.value:.0f}{wrong}"
 
 
-HEAD = ("method", "right %", "right and accepted %", "wrong accepts", "deg", "%", "cells", "AI", "AI at the truth", "s")
+HEAD = ("method", "right %", "true accepts %", "false accepts", "deg", "%", "cells", "AI", "AI at the truth", "s")
 
 
 def _of_case(case: Case, counted: Sequence[CaseTally]) -> str:
@@ -92,11 +92,11 @@ def _row(one: CaseTally) -> tuple[str, ...]:
     return (
         one.method,
         _share(one.right),
-        _share(one.right_and_accepted),
-        str(one.wrong_accepts),
-        _number(one.rotation_deg, 2),
-        _number(one.scale_percent, 2),
-        _number(one.displacement_cells, 1),
+        _share(one.true_accepts),
+        str(one.false_accepts),
+        _number(one.median_error("rotation_deg"), 2),
+        _number(one.median_error("scale_percent"), 2),
+        _number(one.median_error("displacement_cells"), 1),
         _number(one.index, 3),
         _number(one.true_index, 3),
         f"{one.seconds:.2f}",
@@ -121,18 +121,18 @@ SHOWN = (PLAIN, CORRECTED, "sift", "morphology", HOUSE)
 
 
 def terminal_table(counted: Sequence[CaseTally]) -> Table:
-    """Shares right by case, in per cent: of the thesis, and of the methods that there is room for."""
+    """Tabulate the shares of right answers by case, in per cent: of the thesis, and of the main methods."""
     shown = [method for method in SHOWN if any(one.method == method for one in counted)]
     head = ("overlap", "thesis: SIFT", "thesis: corrected", *shown)
     table = plain_table(("right [%]", False), *((name, True) for name in head))
     by_place = {(one.case.name, one.method): one for one in counted}
     for case in CASES:
         overlap = next(one.overlap for one in counted if one.case == case)
-        told = (MISSING, MISSING)
+        thesis = (MISSING, MISSING)
         if case.measured is not None:
-            told = (case.measured.told_plain, case.measured.told_corrected)
+            thesis = (case.measured.plain_text, case.measured.corrected_text)
         shares = (f"{100 * by_place[case.name, method].right.value:.0f}" for method in shown)
-        table.add_row(case.name, _percent(overlap), *told, *shares)
+        table.add_row(case.name, _percent(overlap), *thesis, *shares)
     return table
 
 

@@ -1,11 +1,14 @@
-"""The study's answers, counted by case and method."""
+"""Answers of the reproduction, aggregated by case and method."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from statistics import median
 
+from mapping.seeds import Role, stream
+from mapquilt.evaluation.aggregation import Aggregate, aggregate
 from mapquilt.evaluation.statistics import Share
 from reproductions.chen2021.cases import CASES, Case
 from reproductions.chen2021.make import Study
@@ -13,50 +16,64 @@ from reproductions.chen2021.make import Study
 
 @dataclass(frozen=True)
 class CaseTally:
-    """Of one case and method: the median true overlap of the two maps, as a share of the smaller; share right, share
-    right and accepted, accepted though wrong; median errors of the right answers; median acceptance index at the
-    answers and at the truth; median seconds. None where nothing is to be counted."""
+    """One case and method; None where there is nothing to count.
+
+    ``overlap``: median true overlap of the two maps, as a share of the smaller; ``found``: shares and errors; ``index``
+    and ``true_index``: median acceptance index at the answers and at the truth; ``seconds``: median.
+    """
 
     case: Case
     method: str
     overlap: float | None
-    right: Share
-    right_and_accepted: Share
-    wrong_accepts: int
-    rotation_deg: float | None
-    scale_percent: float | None
-    displacement_cells: float | None
+    found: Aggregate
     index: float | None
     true_index: float | None
     seconds: float
 
+    @property
+    def right(self) -> Share:
+        return _counted(self.found.right)
+
+    @property
+    def true_accepts(self) -> Share:
+        return _counted(self.found.true_accepts)
+
+    @property
+    def false_accepts(self) -> int:
+        return _counted(self.found.false_accepts).count
+
+    def median_error(self, name: str) -> float | None:
+        """Return the median of an error of ``TransformError`` over right answers."""
+        errors = self.found.errors_right[name]
+        return None if errors is None else errors.median
+
+
+def _counted(share: Share | None) -> Share:
+    if share is None:
+        raise ValueError("a case has no answers")
+    return share
+
 
 def tallies(study: Study, overlaps: Mapping[str, float]) -> list[CaseTally]:
-    """One for each case and method, by case; ``overlaps`` by case."""
+    """Aggregate each case and method, by case; ``overlaps`` by case."""
     return [_tally(study, case, method, overlaps.get(case.name)) for case in CASES for method in study.spec.methods]
 
 
 def _tally(study: Study, case: Case, method: str, overlap: float | None) -> CaseTally:
     timed = zip(study.answers, study.seconds, strict=True)
-    chosen = [(answer, seconds) for answer, seconds in timed if (answer.case, answer.method) == (case.name, method)]
-    answers = [answer for answer, _ in chosen]
-    right = [answer for answer in answers if answer.right]
+    chosen = [(one, seconds) for one, seconds in timed if (one.case, one.pair.method) == (case.name, method)]
+    pairs = [one.pair for one, _ in chosen]
     return CaseTally(
-        case,
-        method,
-        overlap,
-        Share.counted([answer.right for answer in answers]),
-        Share.counted([answer.right and answer.accepted for answer in answers]),
-        sum(answer.accepted and not answer.right for answer in answers),
-        _median([answer.rotation_deg for answer in right]),
-        _median([answer.scale_percent for answer in right]),
-        _median([answer.displacement_cells for answer in right]),
-        _median([answer.index for answer in answers]),
-        _median([answer.true_index for answer in answers]),
-        median(seconds for _, seconds in chosen),
+        case=case,
+        method=method,
+        overlap=overlap,
+        found=aggregate(pairs, pairs, partial(stream, 0, Role.BENCHMARK_BOOTSTRAP)),
+        index=_median([one.index for one, _ in chosen]),
+        true_index=_median([one.true_index for one, _ in chosen]),
+        seconds=median(seconds for _, seconds in chosen),
     )
 
 
 def _median(values: list[float | None]) -> float | None:
-    told = [value for value in values if value is not None]
-    return median(told) if told else None
+    known = [value for value in values if value is not None]
+    return median(known) if known else None

@@ -15,12 +15,11 @@ from mapquilt.cli.tables import plain_table, print_table
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner, Workers
 from tests.regression.compare import FAILING, HEADINGS, Change, compare
-from tests.regression.golden import Verdicts, read_golden, write_golden
-from tests.regression.pairs import all_pairs, family_samples
-from tests.regression.verdict import Verdict, verdict
+from tests.regression.golden import GoldenFiles, GoldenPair, read_golden, write_golden
+from tests.regression.pairs import all_pairs, evaluate, family_samples
 from worlds.families.registry import FAMILIES
 
-OUTCOMES = ("right", "missed", "wrong", "rightly refused")
+OUTCOMES = ("true accept", "false reject", "false accept", "true reject")
 WORST_FIRST = list(HEADINGS)
 
 
@@ -69,13 +68,13 @@ def _families(given: Sequence[str] | None) -> list[str]:
     return [name for name in FAMILIES if not given or name in given]
 
 
-def _run(families: Sequence[str], workers: Workers, with_others: bool) -> Verdicts:
+def _run(families: Sequence[str], workers: Workers, with_others: bool) -> GoldenFiles:
     with Runner(workers) as runner:
         with count_progress("missions") as on_progress:
             samples = dict(zip(families, runner.run(family_samples, families, on_progress), strict=True))
-        pairs = [pair for pair in all_pairs(samples) if with_others or pair.truth is not None]
+        pairs = [pair for pair in all_pairs(samples) if with_others or pair.transform is not None]
         with count_progress("merges") as on_progress:
-            found = runner.run(verdict, pairs, on_progress)
+            found = runner.run(evaluate, pairs, on_progress)
     return {
         family: {pair.name: one for pair, one in zip(pairs, found, strict=True) if pair.family == family}
         for family in families
@@ -83,12 +82,14 @@ def _run(families: Sequence[str], workers: Workers, with_others: bool) -> Verdic
 
 
 def _print(
-    before: Mapping[str, Mapping[str, Verdict]], now: Mapping[str, Mapping[str, Verdict]], changes: Sequence[Change]
+    before: Mapping[str, Mapping[str, GoldenPair]],
+    now: Mapping[str, Mapping[str, GoldenPair]],
+    changes: Sequence[Change],
 ) -> None:
     table = plain_table(("family", False), *((outcome, True) for outcome in OUTCOMES))
     for family in now:
         table.add_row(family, *_counts(list(before.get(family, {}).values()), list(now[family].values())))
-    every = [[one for found in verdicts.values() for one in found.values()] for verdicts in (before, now)]
+    every = [[one for found in files.values() for one in found.values()] for files in (before, now)]
     table.add_section()
     table.add_row("all", *_counts(*every))
     print_table(table)
@@ -99,11 +100,11 @@ def _print(
             print_table(f"  {change.family}: {change.pair}: {change.words}")
 
 
-def _counts(before: Sequence[Verdict], now: Sequence[Verdict]) -> list[str]:
+def _counts(before: Sequence[GoldenPair], now: Sequence[GoldenPair]) -> list[str]:
     counts = Counter[str](one.outcome for one in now)
     old = Counter[str](one.outcome for one in before or now)
     return [str(counts[name]) if counts[name] == old[name] else f"{old[name]} -> {counts[name]}" for name in OUTCOMES]
 
 
-def _number(now: Mapping[str, Mapping[str, Verdict]]) -> int:
+def _number(now: Mapping[str, Mapping[str, GoldenPair]]) -> int:
     return sum(len(found) for found in now.values())

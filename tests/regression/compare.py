@@ -1,4 +1,4 @@
-"""What was recorded against what is now."""
+"""Comparison of golden pairs with those of today."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Literal
 
-from tests.regression.verdict import Verdict
+from tests.regression.golden import GoldenPair
 
 FACTOR = 2.0
-"""An error may grow by so much ..."""
+"""Largest allowed growth of an error, as a factor, ..."""
 FLOORS = {"rotation_deg": 0.1, "scale_percent": 0.2, "displacement_cells": 0.5}
-"""... and by this: below it, errors of the best answers come and go with rounding."""
+"""... and in addition to it: below these values errors change with rounding."""
 
 Kind = Literal["worse", "sample changed", "set changed", "better", "other"]
 FAILING: tuple[Kind, ...] = ("worse", "sample changed", "set changed")
 HEADINGS: Mapping[Kind, str] = {
     "worse": "The merge got worse",
-    "sample changed": "The sample is another one: maps are generated otherwise, and its merge says nothing",
-    "set changed": "The set of pairs is another one",
+    "sample changed": "The sample changed: the maps are generated differently, so their merges cannot be compared",
+    "set changed": "The set of pairs changed",
     "better": "The merge got better",
-    "other": "Changed, within what is allowed",
+    "other": "Changed within the tolerance",
 }
 
 
 @dataclass(frozen=True)
 class Change:
-    """What became of one pair, in words; ``kind`` says whether that is a regression."""
+    """Change of one pair, in words; ``kind`` decides if it is a regression."""
 
     family: str
     pair: str
@@ -34,9 +34,12 @@ class Change:
     words: str
 
 
-def compare(family: str, golden: Mapping[str, Verdict], now: Mapping[str, Verdict]) -> list[Change]:
-    """All changes of a family. What was right must stay right, what was refused must stay refused unless it is right
-    now, and errors of right answers stay within ``FACTOR`` and ``FLOORS``."""
+def compare(family: str, golden: Mapping[str, GoldenPair], now: Mapping[str, GoldenPair]) -> list[Change]:
+    """List all changes of a family.
+
+    A true accept must stay one, a refusal must not become a false accept, and errors of true accepts must stay within
+    ``FACTOR`` and ``FLOORS``.
+    """
     changes = []
     for name in [*golden, *(name for name in now if name not in golden)]:
         if name not in now or name not in golden:
@@ -50,37 +53,34 @@ def compare(family: str, golden: Mapping[str, Verdict], now: Mapping[str, Verdic
     return changes
 
 
-def _merge_changes(family: str, before: Verdict, now: Verdict) -> list[Change]:
+def _merge_changes(family: str, before: GoldenPair, now: GoldenPair) -> list[Change]:
     if before.outcome != now.outcome:
-        worse = before.outcome == "right" or now.outcome == "wrong"
+        worse = before.outcome == "true accept" or now.outcome == "false accept"
         words = _outcomes(before, now) + (f" ({now.reason})" if now.reason else _errors(now))
         return [Change(family, now.name, "worse" if worse else "better", words)]
-    grown = [name for name in FLOORS if before.outcome == "right" and _grew(name, before, now)]
+    grown = [name for name in FLOORS if before.outcome == "true accept" and _grew(name, before, now)]
     if grown:
         words = "; ".join(f"{name} {getattr(before, name):g} -> {getattr(now, name):g}" for name in grown)
-        return [Change(family, now.name, "worse", f"still right, but {words}")]
-    changed = [field.name for field in fields(Verdict) if getattr(before, field.name) != getattr(now, field.name)]
+        return [Change(family, now.name, "worse", f"still {now.outcome}, but {words}")]
+    changed = [field.name for field in fields(GoldenPair) if getattr(before, field.name) != getattr(now, field.name)]
     if changed:
         words = "; ".join(f"{name} {getattr(before, name)} -> {getattr(now, name)}" for name in changed)
         return [Change(family, now.name, "other", f"{now.outcome}; {words}")]
     return []
 
 
-def _outcomes(before: Verdict, now: Verdict) -> str:
+def _outcomes(before: GoldenPair, now: GoldenPair) -> str:
     if before.outcome == now.outcome:
-        return f"{now.outcome} as before"
-    return f"{before.outcome} -> {now.outcome}, confidence {before.confidence:.2f} -> {now.confidence:.2f}"
+        return f"still {now.outcome}"
+    return f"{before.outcome} -> {now.outcome}, confidence {before.confidence} -> {now.confidence}"
 
 
-def _errors(verdict: Verdict) -> str:
-    if verdict.rotation_deg is None or verdict.scale_percent is None or verdict.displacement_cells is None:
+def _errors(pair: GoldenPair) -> str:
+    if pair.rotation_deg is None or pair.scale_percent is None or pair.displacement_cells is None:
         return ""
-    return (
-        f" (off by {verdict.rotation_deg:.2f} deg, {verdict.scale_percent:.2f} %, "
-        f"{verdict.displacement_cells:.1f} cells)"
-    )
+    return f" (error {pair.rotation_deg:.2f} deg, {pair.scale_percent:.2f} %, {pair.displacement_cells:.1f} cells)"
 
 
-def _grew(name: str, before: Verdict, now: Verdict) -> bool:
+def _grew(name: str, before: GoldenPair, now: GoldenPair) -> bool:
     old, new = getattr(before, name), getattr(now, name)
     return new is not None and old is not None and new > FACTOR * old + FLOORS[name]

@@ -10,23 +10,22 @@ import pytest
 from mapquilt.cli.entry import run_app
 from tests.regression.__main__ import app
 from tests.regression.compare import FACTOR, FAILING, FLOORS, compare
-from tests.regression.golden import read_golden, write_golden
-from tests.regression.verdict import Verdict
+from tests.regression.golden import GoldenPair, read_golden, write_golden
 from worlds.families.registry import FAMILIES
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-RIGHT = Verdict("p", "aaaa", 0.5, "right", 0.95, 0.5, 0.2, 1.5, None)
-MISSED = replace(RIGHT, outcome="missed", confidence=0.3, reason="too little overlap")
-REFUSED = replace(MISSED, outcome="rightly refused")
-WRONG = replace(RIGHT, outcome="wrong", displacement_cells=80.0)
+RIGHT = GoldenPair("p", "aaaa", 0.5, "true accept", 0.95, 0.5, 0.2, 1.5, None)
+MISSED = replace(RIGHT, outcome="false reject", confidence=0.3, reason="too little overlap")
+REFUSED = replace(MISSED, outcome="true reject")
+WRONG = replace(RIGHT, outcome="false accept", displacement_cells=80.0)
 
 
-def kinds(before: Verdict, now: Verdict) -> list[str]:
+def kinds(before: GoldenPair, now: GoldenPair) -> list[str]:
     return [change.kind for change in compare("house", {before.name: before}, {now.name: now})]
 
 
 @pytest.mark.parametrize("verdict", [RIGHT, MISSED, REFUSED, WRONG])
-def test_what_is_as_it_was_is_not_told(verdict):
+def test_an_unchanged_pair_is_no_change(verdict):
     assert kinds(verdict, verdict) == []
 
 
@@ -57,14 +56,14 @@ def test_errors_may_grow_by_the_factor_and_the_floor_and_no_more(name):
     assert kinds(RIGHT, replace(RIGHT, **{name: allowed - 0.001})) == ["other"]
     (change,) = compare("house", {"p": RIGHT}, {"p": replace(RIGHT, **{name: allowed + 0.001})})
     assert change.kind == "worse"
-    assert name in change.words and "still right" in change.words
+    assert name in change.words and "still true accept" in change.words
 
 
-def test_errors_of_what_was_not_right_may_be_anything():
+def test_errors_of_refused_answers_may_change():
     assert kinds(MISSED, replace(MISSED, displacement_cells=500.0)) == ["other"]
 
 
-def test_pairs_that_come_and_go_are_told():
+def test_new_and_missing_pairs_are_changes():
     gone, new = compare("house", {"p": RIGHT}, {"q": replace(RIGHT, name="q")})
     assert (gone.kind, gone.pair, new.kind, new.pair) == ("set changed", "p", "set changed", "q")
 
@@ -83,7 +82,7 @@ def test_the_golden_files_cover_every_family():
     assert set(golden) == set(FAMILIES)
     every = [verdict for found in golden.values() for verdict in found.values()]
     assert len(every) == len(FAMILIES) * 10
-    assert sum(verdict.outcome == "right" for verdict in every) >= len(every) / 3
+    assert sum(verdict.outcome == "true accept" for verdict in every) >= len(every) / 3
     assert len({verdict.sample for verdict in every}) == len(every)
 
 
@@ -97,11 +96,11 @@ def test_the_golden_files_cover_every_family():
 )
 def test_what_cannot_be_compared_is_refused_in_one_line(arguments, words, tmp_path, capsys):
     assert run_app(app, ["--golden", str(tmp_path), *arguments], "regression") == 2
-    told = capsys.readouterr().err
-    assert words in told and told.count("\n") == 1
+    line = capsys.readouterr().err
+    assert words in line and line.count("\n") == 1
 
 
 def test_a_damaged_golden_file_is_named(tmp_path):
-    (tmp_path / "house.json").write_text('{"schema": "mapquilt-golden/1", "pairs": [{"name": "p"}]}')
+    (tmp_path / "house.json").write_text('{"schema": "mapquilt-golden/2", "pairs": [{"name": "p"}]}')
     with pytest.raises(ValueError, match=r"house.json: is no golden file"):
         read_golden(tmp_path)

@@ -82,7 +82,7 @@
     list.replaceChildren(...told.facts.flatMap(([name, value]) => {
       const term = document.createElement("dt"), text = document.createElement("dd");
       term.textContent = name; text.textContent = value;
-      if (name === "outcome") text.className = told.outcome.split(" ")[0];
+      if (name === "outcome") text.className = told.outcome.replace(" ", "-");
       return [term, text];
     }));
     const both = pictures.answer !== null && pictures.truth !== null;
@@ -91,13 +91,13 @@
     set(".over", both ? pictures.answer : null, "The source's walls in orange over the target's in blue, where the merge puts them");
     set(".target", pictures.target, `Target map of ${told.title}`);
     set(".source", pictures.source, `Source map of ${told.title}`);
-    set(".runner img", pictures.runner_up, "The source laid on the target where the runner-up puts it");
-    $(".runner", dialog).hidden = pictures.runner_up === null;
+    set(".alternative img", pictures.alternative, "The source over the target at the second-best placement");
+    $(".alternative", dialog).hidden = pictures.alternative === null;
     for (const part of $$(".both", dialog)) part.hidden = !both;
     overlay.hidden = under === null;
     const alone = $("#alone", dialog);
     alone.hidden = both;
-    alone.textContent = told.negative ? "These maps show nothing in common: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : told.outcome === "not merged" ? "Not merged yet; shown is the truth." : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
+    alone.textContent = told.negative ? "These maps have no common ground: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : told.outcome === "not merged" ? "Not merged yet; shown is the truth." : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
     slider.value = 50; cut();
     const list_of_rows = visible().filter((one) => one.dataset.number in shown), at = list_of_rows.indexOf(row);
     $("#previous").disabled = at <= 0; $("#next").disabled = at < 0 || at === list_of_rows.length - 1;

@@ -20,13 +20,13 @@ def made(pairs_file, tmp_path_factory):
     return out, arguments
 
 
-def test_every_answer_has_its_row_and_its_verdict(made):
+def test_every_answer_has_a_row(made):
     with (made[0] / "pairs.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [(row["method"], row["pair"]) for row in rows] == [
         (method, pair) for method in ("orb", "orb as published") for pair in ("pair0", "pair1", "none")
     ]
-    assert [row["right"] for row in rows] == ["True", "True", ""] * 2
+    assert [row["outcome"] for row in rows] == ["true accept", "true accept", "true reject"] * 2
     assert [row["accepted"] for row in rows] == ["True", "True", "False"] * 2
     assert [row["negative"] for row in rows] == ["False", "False", "True"] * 2
     assert all(row["score"] for row in rows[:2])
@@ -35,13 +35,13 @@ def test_every_answer_has_its_row_and_its_verdict(made):
     assert rows[2]["reason"]
 
 
-def test_the_summary_counts_what_the_rows_say(made):
+def test_the_summary_agrees_with_the_rows(made):
     summary = json.loads((made[0] / "summary.json").read_text())
     found = {(row["group"], row["stratum"], row["method"]): row for row in summary["strata"]}
     assert summary["methods"] == ["orb", "orb as published"]
     assert found["positives", "all", "orb"]["right"]["count"] == 2
-    assert found["subset", "part1", "orb as published"]["right_and_accepted"]["count"] == 1
-    assert found["negatives", "all", "orb"]["wrong_accepts"]["count"] == 0
+    assert found["subset", "part1", "orb as published"]["true_accepts"]["count"] == 1
+    assert found["negatives", "all", "orb"]["false_accepts"]["count"] == 0
     assert found["negatives", "all", "orb"]["right"] is None
     assert [one["method"] for one in summary["calibration"]] == ["orb"]
     assert "seconds" not in json.dumps(summary)

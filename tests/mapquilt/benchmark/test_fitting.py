@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 
 from mapquilt.benchmark.calibrate import acceptance_record
-from mapquilt.benchmark.fitting import fit_acceptance, judged_again
-from mapquilt.benchmark.trial import Trial
+from mapquilt.benchmark.fitting import decide_again, fit_acceptance
 from mapquilt.cli.app import run
 from mapquilt.evaluation.calibration import calibration
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.json_file import read_record, write_record
 from merge.records.result import Evidence
 from merge.verification.acceptance import AcceptanceSettings, decide
-from tests.mapquilt.benchmark.made import BAD, GOOD, answer, pair, trial
+from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
 
 TRUE = AcceptanceSettings(margin_weight=24.0, contradiction_weight=90.0, threshold=2.0)
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 0.01, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)
 
 
-def drawn(number: int, seed: int = 0, **fields: float) -> list[Trial]:
+def drawn(number: int, seed: int = 0, **fields: float) -> list[EvaluatedPair]:
     """Answers that are right as often as the true constants say."""
     rng = np.random.default_rng(seed)
     trials = []
@@ -34,7 +34,7 @@ def drawn(number: int, seed: int = 0, **fields: float) -> list[Trial]:
         }
         found = dataclasses.replace(EVIDENCE, score=score, **measured | fields)
         right = rng.random() < decide(found, TRUE).confidence
-        trials.append(trial(pair(overlap=0.6), answer(True, GOOD if right else BAD, evidence=found)))
+        trials.append(evaluated(True, GOOD if right else BAD, overlap=0.6, evidence=found))
     return trials
 
 
@@ -54,9 +54,9 @@ def test_what_other_rules_refuse_is_left_out():
 def test_pairs_that_other_rules_refuse_count_among_those_to_be_refused():
     """Where they are most of these, what is left of them is rare, and an answer the likelier right."""
 
-    def negative(overlap: float, lead: float) -> Trial:
+    def negative(overlap: float, lead: float) -> EvaluatedPair:
         evidence = dataclasses.replace(EVIDENCE, second_best_score=EVIDENCE.score - lead, overlap=overlap)
-        return trial(pair(negative=True), answer(False, None, evidence=evidence))
+        return evaluated(False, None, negative=True, evidence=evidence)
 
     hard = [negative(0.5, lead) for lead in np.linspace(0.07, 0.2, 50)]
     easy = [negative(0.01, 0.1)] * 450
@@ -66,48 +66,45 @@ def test_pairs_that_other_rules_refuse_count_among_those_to_be_refused():
     assert among.threshold < alone.threshold - 1.0
 
 
-def test_a_right_place_told_inexactly_teaches_that_it_is_right():
+def test_the_right_place_counts_however_imprecise():
     inexact = TransformError(4.0, 5.0, 0.6, 12.0, 0.03)
-    loose = [
-        dataclasses.replace(t, answers=(dataclasses.replace(t.answers[0], error=inexact),), bent=True)
-        if t.answers[0].right
-        else t
-        for t in drawn(300)
-    ]
+    loose = [dataclasses.replace(t, error=inexact, right=False, distorted=True) if t.right else t for t in drawn(300)]
     assert fit_acceptance(loose) == fit_acceptance(drawn(300))
 
 
-def test_a_pair_that_two_places_fit_teaches_nothing():
-    twofold = [dataclasses.replace(t, pair=pair(overlap=0.6, identifiable=False)) for t in drawn(300, seed=1)]
+def test_ambiguous_pairs_are_left_out():
+    twofold = [
+        dataclasses.replace(t, truth=dataclasses.replace(t.truth, identifiable=False)) for t in drawn(300, seed=1)
+    ]
     assert fit_acceptance(drawn(300) + twofold) == fit_acceptance(drawn(300))
 
 
 def test_each_kind_of_pair_weighs_the_same_however_many_there_are():
     """Doubling the negatives, which weigh a third together, changes nothing."""
-    negatives = [dataclasses.replace(t, pair=pair(negative=True)) for t in drawn(200, seed=1)]
+    negatives = [dataclasses.replace(t, truth=GroundTruth(None)) for t in drawn(200, seed=1)]
     positives = drawn(200)
     once, twice = fit_acceptance(positives + negatives), fit_acceptance(positives + negatives + negatives)
     assert dataclasses.astuple(once) == pytest.approx(dataclasses.astuple(twice), rel=1e-2)
 
 
-def test_answers_that_are_all_right_fit_nothing():
-    with pytest.raises(ValueError, match="needs right and wrong answers"):
-        fit_acceptance([trial(pair(), answer(True, GOOD, evidence=EVIDENCE))])
+def test_answers_that_are_all_right_are_refused():
+    with pytest.raises(ValueError, match="needs right and wrong ones"):
+        fit_acceptance([evaluated(True, GOOD, evidence=EVIDENCE)])
 
 
-def test_judging_again_moves_the_verdict_and_nothing_else():
+def test_deciding_again_changes_the_decision_only():
     strict = dataclasses.replace(TRUE, min_confidence=0.999)
     before = drawn(5)
-    for old, new in zip(before, judged_again(before, strict), strict=True):
-        assert new.pair == old.pair and new.answers[0].error == old.answers[0].error
-        assert new.answers[0].confidence == decide(old.answers[0].evidence, strict).confidence
-        assert new.answers[0].accepted == (new.answers[0].confidence >= 0.999)
+    for old, new in zip(before, decide_again(before, strict), strict=True):
+        assert new.pair == old.pair and new.error == old.error
+        assert new.confidence == decide(old.evidence, strict).confidence
+        assert new.accepted == (new.confidence >= 0.999)
 
 
-def test_the_record_fits_its_schema_and_bears_the_constants(tmp_path):
+def test_the_record_fits_its_schema_and_holds_the_constants(tmp_path):
     trials = drawn(200)
     fitted = fit_acceptance(trials)
-    write_record(tmp_path / "c.json", "calibration", acceptance_record(fitted, calibration(trials, 0)))
+    write_record(tmp_path / "c.json", "calibration", acceptance_record(fitted, calibration(trials)))
     read = read_record(tmp_path / "c.json", "calibration")
     assert AcceptanceSettings(**read["acceptance"]) == fitted
     assert read["check"]["pairs"] == 200

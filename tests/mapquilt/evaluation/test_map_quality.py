@@ -1,4 +1,4 @@
-"""The quality of a merged map: known answers."""
+"""Quality of a merged map: known answers, whatever frame the map lies in."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapquilt.evaluation.map_quality import map_quality
+from mapping.map_set import MapSet
+from mapquilt.evaluation.map_quality import align_to_world, map_quality, median_pose_error, observed_part
 
 
 def room(shift: int = 0, known: bool = True) -> OccupancyGrid:
@@ -24,7 +25,7 @@ def room(shift: int = 0, known: bool = True) -> OccupancyGrid:
 
 def test_a_map_is_perfect_against_itself():
     found = map_quality(room(), Similarity2.identity(), room())
-    assert (found.iou_free, found.wall_precision, found.wall_recall, found.f1_walls) == (1.0, 1.0, 1.0, 1.0)
+    assert (found.iou_free, found.precision_walls, found.recall_walls, found.f1_walls) == (1.0, 1.0, 1.0, 1.0)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.4, 2.0])
@@ -32,8 +33,8 @@ def test_a_transform_is_applied_forwards(turn):
     world_from_map = Similarity2(1.0, -0.5, turn, 0.5)
     there = world_from_map.inverse()
     frame = GridFrame(0.05 / 0.5, SE2(there.x, there.y, there.yaw), (60, 100))
-    disguised = OccupancyGrid(frame, room().log_odds)
-    found = map_quality(disguised, world_from_map, room())
+    perturbed = OccupancyGrid(frame, room().log_odds)
+    found = map_quality(perturbed, world_from_map, room())
     assert found.iou_free > 0.97
     assert found.f1_walls > 0.99
 
@@ -53,10 +54,10 @@ def test_a_wall_may_lie_two_cells_off(cells, f1):
 def test_a_wall_three_cells_off_is_no_wall_there():
     found = map_quality(room(3), Similarity2.identity(), room())
     along, across = 2 * 60, 2 * 38
-    assert found.wall_precision == pytest.approx((along - 1 * 2) / (along + across), abs=0.03)
+    assert found.precision_walls == pytest.approx((along - 1 * 2) / (along + across), abs=0.03)
 
 
-def test_what_lies_outside_the_true_raster_counts_against_the_map():
+def test_cells_outside_the_true_raster_count_against_the_map():
     far = map_quality(room(), Similarity2(100.0, 0.0, 0.0, 1.0), room())
     assert (far.iou_free, far.f1_walls) == (0.0, 0.0)
 
@@ -65,11 +66,31 @@ def test_a_map_of_half_of_it_has_half_the_recall():
     half = np.array(room().log_odds)
     half[:, 50:] = 0.0
     found = map_quality(OccupancyGrid(room().frame, half), Similarity2.identity(), room())
-    assert found.wall_precision == 1.0
-    assert found.wall_recall == pytest.approx(0.5, abs=0.03)
+    assert found.precision_walls == 1.0
+    assert found.recall_walls == pytest.approx(0.5, abs=0.03)
     assert found.iou_free == pytest.approx(0.5, abs=0.03)
 
 
-def test_where_nothing_was_seen_there_is_nothing_to_count():
+def test_quality_is_zero_where_nothing_was_observed():
     found = map_quality(room(), Similarity2.identity(), room(known=False))
     assert (found.iou_free, found.f1_walls) == (0.0, 0.0)
+
+
+def test_cells_outside_the_observed_part_count_against_the_map():
+    left = np.array(room().log_odds)
+    left[:, 50:] = 0.0
+    truth = observed_part(room(), [OccupancyGrid(room().frame, left)])
+    found = map_quality(room(), Similarity2.identity(), truth)
+    assert found.recall_walls == 1.0
+    assert found.iou_free == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize("pose", [Similarity2(), Similarity2(3.0, -2.0, np.pi / 2, 2.0), Similarity2(-1.0, 4.0, np.pi)])
+def test_alignment_finds_the_place_of_a_perfect_merge(pose):
+    there = pose.inverse()
+    frame = GridFrame(0.05 / pose.scale, SE2(there.x, there.y, there.yaw), (60, 100))
+    maps = MapSet(("a",), (OccupancyGrid(frame, room().log_odds),), ("m",))
+    place = {"a": Similarity2()}
+    found = align_to_world(maps, {"a": pose}, place)
+    assert np.allclose(found.matrix(), pose.matrix(), atol=1e-9)
+    assert median_pose_error(maps, {"a": pose}, place, found) == pytest.approx(0.0, abs=1e-9)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from mapquilt.evaluation.statistics import Share, over_clusters, ratio_of_medians, ratio_of_medians_over_clusters
+from mapquilt.evaluation.statistics import Share, mean_over_clusters, ratio_of_medians, ratio_of_medians_over_clusters
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 24), (37, 40), (24, 24), (3, 7)])
@@ -25,15 +25,15 @@ def test_nothing_to_count_is_refused():
 def test_pairs_of_one_mission_count_as_one():
     """Twenty missions of fifty equal pairs are as uncertain as twenty pairs."""
     hits = [k < 14 for k in range(20) for _ in range(50)]
-    together = over_clusters(hits, [k for k in range(20) for _ in range(50)], np.random.default_rng(0))
-    alone = over_clusters(hits, list(range(1000)), np.random.default_rng(0))
+    together = mean_over_clusters(hits, [k for k in range(20) for _ in range(50)], np.random.default_rng(0))
+    alone = mean_over_clusters(hits, list(range(1000)), np.random.default_rng(0))
     spread = math.sqrt(0.7 * 0.3 / 20)
     assert together.high - together.low == pytest.approx(2 * 1.96 * spread, rel=0.15)
     assert alone.high - alone.low == pytest.approx(2 * 1.96 * spread / math.sqrt(50), rel=0.15)
 
 
 def test_one_mission_has_no_interval():
-    assert over_clusters([True, False], ["m", "m"], np.random.default_rng(0)) is None
+    assert mean_over_clusters([True, False], ["m", "m"], np.random.default_rng(0)) is None
 
 
 def test_the_ratio_of_medians_of_a_fixed_multiple_is_sure():

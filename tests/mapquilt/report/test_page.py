@@ -13,11 +13,11 @@ import pytest
 
 from mapquilt.benchmark.files import PAIRS_FILE
 from mapquilt.cli.report import read_content
-from mapquilt.report.answer import ReportAnswer
 from mapquilt.report.gallery import choose
 from mapquilt.report.page import render_page
 from mapquilt.report.summary import headline
 from tests.conftest import command
+from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
 
 VOID = {"meta", "link", "img", "input", "br"}
 
@@ -100,7 +100,7 @@ def test_a_run_that_is_not_scored_or_not_merged_tells_so(fresh_run):
     for name in ("merge.json", "merged.yaml", "merged.pgm", "merge.png", "overview.png"):
         (fresh_run / name).unlink()
     content = read_content(fresh_run)
-    assert {one.outcome for one in content.answers} == {"not merged"}
+    assert {one.outcome for one in content.answers} == {None}
     assert "none has been merged yet" in headline(content)
     assert Page(render_page(content, 1)).open == []
 
@@ -111,9 +111,9 @@ def test_a_benchmark_tells_each_row_of_its_table(tiny_benchmark):
     assert [(one.method, one.accepted, one.confidence) for one in answers] == [
         (row["method"], row["accepted"] == "True", float(row["confidence"])) for row in rows
     ]
-    assert all(one.target.is_file() and one.source.is_file() for one in answers)
+    assert all(one.pair.target_file.is_file() and one.pair.source_file.is_file() for one in answers)
     assert all(one.seconds is not None and one.seconds > 0.0 for one in answers)
-    assert all((one.truth is None) == one.negative for one in answers)
+    assert [one.outcome for one in answers] == [row["outcome"] for row in rows]
     assert any(one.negative for one in answers)
 
 
@@ -126,7 +126,7 @@ def test_a_study_tells_each_trial_and_each_test(tiny_study):
 
 def test_a_data_set_shows_pairs_that_nobody_has_merged(tiny):
     content = read_content(tiny)
-    assert {one.outcome for one in content.answers} == {"not merged"}
+    assert {one.outcome for one in content.answers} == {None}
     assert sum(one.negative for one in content.answers) >= 2
 
 
@@ -147,19 +147,14 @@ def test_names_cannot_break_out_of_the_page(fresh_run):
     assert Page(text).open == []
 
 
-def some(number: int, outcome: str) -> ReportAnswer:
-    told = {"right": (True, True), "wrong": (True, False), "missed": (False, False)}[outcome]
-    accepted, right = told
-    return ReportAnswer(str(number), "0", Path(), Path(), method="m", accepted=accepted, right=right, confidence=0.5)
-
-
-def test_what_went_wrong_is_drawn_first_and_what_went_right_is_not_left_out():
-    answers = [some(k, "right" if k % 4 else "missed") for k in range(100)] + [some(100, "wrong")]
+def test_errors_are_drawn_first_and_some_others_as_well():
+    true, missed = evaluated(True, GOOD), evaluated(False, GOOD)
+    answers = [true if k % 4 else missed for k in range(100)] + [evaluated(True, BAD)]
     chosen = choose(answers, 20)
     assert len(set(chosen)) == 20
     assert chosen[0] == 100
-    assert {"missed"} == {answers[k].outcome for k in chosen[1:10]}
-    assert sum(answers[k].outcome == "right" for k in chosen) >= 5
+    assert {"false reject"} == {answers[k].outcome for k in chosen[1:10]}
+    assert sum(answers[k].outcome == "true accept" for k in chosen) >= 5
     assert sorted(choose(answers, 500)) == list(range(101))
 
 

@@ -17,7 +17,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import save_map
-from mapquilt.report.answer import ReportAnswer
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo
 from mapquilt.report.pictures import Painter
 from mapquilt.viz.palette import ROBOTS, WALL
 
@@ -33,10 +33,11 @@ def l_shape(turn: float = 0.0) -> OccupancyGrid:
 
 
 @pytest.fixture
-def pair(tmp_path: Path) -> ReportAnswer:
+def pair(tmp_path: Path) -> EvaluatedPair:
     for name in ("a", "b"):
         save_map(l_shape(), tmp_path / name)
-    return ReportAnswer("p", "m", tmp_path / "a.yaml", tmp_path / "b.yaml", answer=Similarity2(), truth=Similarity2())
+    info = PairInfo("p", "a", "b", target_file=tmp_path / "a.yaml", source_file=tmp_path / "b.yaml")
+    return EvaluatedPair(info, GroundTruth(Similarity2()), answer=Similarity2())
 
 
 def pixels(address: str) -> np.ndarray:
@@ -85,6 +86,6 @@ def test_what_is_far_off_does_not_shrink_the_rest_to_nothing(pair):
 
 
 def test_what_is_unknown_is_transparent_and_what_was_not_proposed_is_not_drawn(pair):
-    drawn = Painter().draw(replace(pair, answer=None, truth=None))
-    assert drawn.by_answer is drawn.by_truth is drawn.by_runner_up is None
+    drawn = Painter().draw(replace(pair, answer=None, truth=GroundTruth(None)))
+    assert drawn.by_answer is drawn.by_truth is drawn.by_alternative is None
     assert (pixels(drawn.target)[0, :, 3] == 0).all()

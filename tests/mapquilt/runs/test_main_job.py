@@ -106,6 +106,9 @@ def test_the_merger_never_reads_the_truth(merged_run, tmp_path, scale):
 
 
 def test_the_truth_on_disk_scores_zero_and_backwards_does_not(fresh_run):
+    stored = json.loads((fresh_run / "truth.json").read_text())
+    stored["pairs"][0]["overlap"] = 0.5  # without common ground there is no error
+    (fresh_run / "truth.json").write_text(json.dumps(stored))
     truth = load_truth(fresh_run / "truth.json").pairs["robot_0", "robot_1"].target_from_source
     record = json.loads((fresh_run / "merge.json").read_text())
     errors = []
@@ -115,7 +118,7 @@ def test_the_truth_on_disk_scores_zero_and_backwards_does_not(fresh_run):
         }  # fmt: skip
         (fresh_run / "merge.json").write_text(json.dumps(record))
         assert command("score", fresh_run) == 0
-        errors.append(json.loads((fresh_run / "score.json").read_text())["pairs"][0]["error"])
+        errors.append(json.loads((fresh_run / "score.json").read_text())["pairs"][0])
     assert errors[0]["rotation_deg"] == 0.0
     assert errors[0]["displacement_m"] in (0.0, None)
     assert errors[1]["rotation_deg"] > 1.0

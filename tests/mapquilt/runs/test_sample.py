@@ -7,7 +7,7 @@ import pytest
 
 from mapping.settings import MappingSettings
 from mapquilt.runs.sample import SampleSettings, make_sample
-from mapquilt.runs.true_footprints import true_places
+from mapquilt.runs.true_footprints import true_footprints
 from sim.mission.file import load_mission
 from sim.sensors.settings import SensingSettings
 
@@ -22,7 +22,7 @@ def mission(merged_run):
 
 @pytest.fixture(scope="module")
 def places(mission):
-    return true_places(mission)
+    return true_footprints(mission)
 
 
 def test_true_poses_are_told_from_the_start_as_odometry_is(mission, places):

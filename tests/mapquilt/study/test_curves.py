@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from mapquilt.study.counting import asked
+from mapquilt.study.results import asked_pairs
 from tests.mapquilt.study.conftest import plan, run
 
 NOISES, POSES = ("0", "1", "3"), ("odometry", "truth")
@@ -28,14 +28,15 @@ def results(tmp_path_factory):
 
 
 def share(results, noise: str, poses: str):
-    return results.cell((noise, poses), "quilt").right_and_accepted
+    return results.cell((noise, poses), "quilt").pairs.true_accepts
 
 
 @pytest.mark.slow
 def test_exact_maps_are_merged_wherever_they_overlap(results):
-    exact = [t for t in asked(results.plan, results.pairs) if t.level == ("0", "truth") and t.overlap > 0.3]
+    asked = [one for one in asked_pairs(results.plan, results.pairs) if one.truth.overlap > 0.3]
+    exact = [one for one in asked if one.pair.level == ("0", "truth")]
     assert len(exact) >= 3
-    assert [t for t in exact if not (t.right and t.accepted)] == []
+    assert {one.outcome for one in exact} == {"true accept"}
 
 
 @pytest.mark.slow

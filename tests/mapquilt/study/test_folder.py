@@ -27,22 +27,24 @@ def test_the_files_agree_with_one_another(tiny_study):
     for row, cell in zip(rows, record["cells"], strict=True):
         here = [pair for pair in pairs if (pair["noise"], pair["method"]) == (row["noise"], row["method"])]
         asked = [p for p in here if p["identifiable"] == "True" and float(p["true_overlap"]) >= 0.15]
-        hits = sum(pair["right"] == pair["accepted"] == "True" for pair in asked)
-        assert int(row["pairs"]) == cell["pairs"] == len(asked)
-        assert int(row["right_and_accepted"]) == cell["right_and_accepted"]["count"] == hits
+        hits = sum(pair["outcome"] == "true accept" for pair in asked)
+        assert int(row["pairs"]) == cell["pairs"]["asked"] == len(asked)
+        assert int(row["true_accepts"]) == cell["pairs"]["true_accepts"]["count"] == hits
         assert len(asked) > 0
         assert float(row["iou_free"]) == cell["iou_free"]["value"] > 0.3
-    assert all((tiny_study / "maps" / pair["maps"] / f"{pair['target']}.yaml").is_file() for pair in pairs)
+    assert all((tiny_study / pair["target_map"]).is_file() for pair in pairs)
     times = json.loads((tiny_study / "timings.json").read_text())
     assert len(times["cells"]) == 4 and all(0.0 < one["p10_s"] <= one["median_s"] for one in times["cells"])
 
 
 def test_levels_differ_by_the_noise_alone(tiny_study):
     trials = load_results(tiny_study).pairs
-    by_level = {level: [t for t in trials if (t.noise, t.method) == (level, "quilt")] for level in (0.0, 3.0)}
+    by_level = {level: [t for t in trials if (t.pair.noise, t.method) == (level, "quilt")] for level in (0.0, 3.0)}
     for exact, noisy in zip(by_level[0.0], by_level[3.0], strict=True):
-        assert (exact.mission, exact.target, exact.overlap) == (noisy.mission, noisy.target, noisy.overlap)
-        assert exact.truth[3] == pytest.approx(noisy.truth[3], rel=1e-9)
+        assert exact.pair.name == noisy.pair.name
+        assert exact.truth.overlap == noisy.truth.overlap
+        scales = [one.truth.target_from_source.scale for one in (exact, noisy)]
+        assert scales[0] == pytest.approx(scales[1], rel=1e-9)
         assert exact.truth != noisy.truth
 
 
@@ -75,7 +77,7 @@ def test_a_mission_that_fails_is_told_and_the_others_go_on(tmp_path):
     with thread() as runner:
         found = run_study(blind, tmp_path / "lost", None, runner).results
     assert [failure.level for failure in found.failures] == [("1",)]
-    assert {trial.level for trial in found.pairs} == {("0",)}
+    assert {one.pair.level for one in found.pairs} == {("0",)}
 
 
 def test_a_damaged_cache_is_told(tmp_path):

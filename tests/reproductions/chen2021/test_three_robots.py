@@ -47,7 +47,7 @@ def all_pairs(**other):
 
 
 def scored(maps, placed, accepted=True):
-    return _scored_team(TEAM, maps, MergeSettings("sift"), 0, placed, accepted)
+    return _scored_team(TEAM, maps, MergeSettings("sift"), 0, placed, accepted).pair
 
 
 def test_two_right_pairs_put_all_three_in_place_whatever_the_third_says(maps):
@@ -55,7 +55,9 @@ def test_two_right_pairs_put_all_three_in_place_whatever_the_third_says(maps):
     assert accepted
     found = scored(maps, placed)
     assert found.right
-    assert [found.rotation_deg, found.scale_percent, found.displacement_cells] == pytest.approx([0, 0, 0], abs=1e-6)
+    assert [found.error.rotation_deg, found.error.scale_percent, found.error.displacement_cells] == pytest.approx(
+        [0, 0, 0], abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("pair_name", ["one_three", "two_three"])
@@ -71,7 +73,7 @@ def test_without_an_answer_for_a_pair_the_team_is_not_whole(maps):
     assert set(placed) == {"robot 1", "robot 3"}
     assert not accepted
     found = scored(maps, placed, accepted)
-    assert (found.right, found.displacement_cells) == (False, None)
+    assert (found.right, found.error) == (False, None)
 
 
 @pytest.mark.parametrize(("off", "right"), [(0.45, True), (0.55, False)])
@@ -81,7 +83,7 @@ def test_the_error_of_a_team_is_the_greatest_of_any_two(maps, off, right):
     placed["robot 1"] = Similarity2(0.0, off) @ placed["robot 1"]
     found = scored(maps, placed)
     assert found.right == right
-    assert found.displacement_cells == pytest.approx(off / 0.05)
+    assert found.error.displacement_cells == pytest.approx(off / 0.05)
 
 
 def test_turns_and_scales_of_a_team_count(maps):
@@ -89,10 +91,10 @@ def test_turns_and_scales_of_a_team_count(maps):
     about = placed["robot 2"].apply(np.array([1.0, -0.5]))  # the middle of its cells
     turned = Similarity2(*about, math.radians(6.0), 1.0) @ Similarity2(*about).inverse()
     found = scored(maps, placed | {"robot 2": turned @ placed["robot 2"]})
-    assert (found.rotation_deg, found.right) == (pytest.approx(6.0), False)
+    assert (found.error.rotation_deg, found.right) == (pytest.approx(6.0), False)
     grown = Similarity2(*about, 0.0, 1.06) @ Similarity2(*about).inverse()
     found = scored(maps, placed | {"robot 2": grown @ placed["robot 2"]})
-    assert (found.scale_percent, found.right) == (pytest.approx(6.0), False)
+    assert (found.error.scale_percent, found.right) == (pytest.approx(6.0), False)
 
 
 @pytest.mark.parametrize("place", [None, Similarity2(3.0, -2.0, 0.7), Similarity2(1.0, 1.0, -2.0, 0.5)])

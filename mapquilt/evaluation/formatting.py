@@ -1,0 +1,44 @@
+"""Shares, errors and numbers as short texts for tables."""
+
+from __future__ import annotations
+
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.evaluation.statistics import Interval, Share
+
+
+def error_texts(one: EvaluatedPair) -> tuple[str, str, str, str]:
+    """Format rotation [degrees], scale [%] and displacement [m, cells]; dashes where there is no error."""
+    error = one.error
+    if error is None:
+        return "-", "-", "-", "-"
+    return (
+        number_text(error.rotation_deg, 2),
+        number_text(error.scale_percent, 2),
+        number_text(error.displacement_m, 3),
+        number_text(error.displacement_cells, 1),
+    )
+
+
+def number_text(value: float | None, places: int) -> str:
+    """Format a number; a dash where there is none."""
+    return "-" if value is None else f"{value:.{places}f}"
+
+
+def share_text(share: Share | None, over_missions: Interval | None = None) -> str:
+    """Format a share in per cent with its interval, such as ``95.0 (83.5 to 98.6)``, and that over missions."""
+    if share is None:
+        return "-"
+    text = f"{100 * share.value:.1f} ({_interval_text(share.interval)})"
+    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
+
+
+def false_accept_text(share: Share | None, over_missions: Interval | None = None) -> str:
+    """Format a count with the upper end of the interval of its share in per cent, such as ``0 (up to 8.8)``."""
+    if share is None:
+        return "-"
+    text = f"{share.count} (up to {100 * share.interval.high:.1f})"
+    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
+
+
+def _interval_text(interval: Interval) -> str:
+    return f"{100 * interval.low:.1f} to {100 * interval.high:.1f}"

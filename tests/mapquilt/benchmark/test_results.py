@@ -1,0 +1,118 @@
+"""Strata, aggregates and tables of a benchmark."""
+
+from functools import partial
+
+import pytest
+
+from mapping.seeds import Role, stream
+from mapquilt.benchmark.results import build_results
+from mapquilt.benchmark.strata import strata
+from mapquilt.benchmark.table import COLUMNS, markdown, terminal_table
+from mapquilt.cli.tables import print_table
+from mapquilt.evaluation.aggregation import aggregate, error_quantiles, outcome_counts
+from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
+from mapquilt.evaluation.statistics import Interval, Share
+from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
+
+PAIRS = [
+    evaluated(True, GOOD, name="a", overlap=0.30, world="office", noise=1.0, mission="m0"),
+    evaluated(False, GOOD, name="b", overlap=0.29, world="cave", noise=0.0, mission="m0"),
+    evaluated(True, BAD, name="c", overlap=0.10, world="cave", noise=1.0, mission="m1"),
+    evaluated(True, BAD, name="d", overlap=0.90, identifiable=False, mission="m1"),
+    evaluated(True, GOOD, name="e", overlap=0.50, mission="m2", distorted=True),
+    evaluated(True, None, name="f", negative=True, subset="other worlds", mission="m2", distorted=None),
+    evaluated(False, None, name="g", negative=True, subset="nothing in common", mission="m3", distorted=None),
+]
+NEW_RNG = partial(stream, 0, Role.BENCHMARK_BOOTSTRAP)
+
+
+def names(stratum):
+    return "".join(one.pair.name for one in stratum.pairs)
+
+
+def test_each_pair_is_in_its_strata():
+    assert {(s.group, s.name): names(s) for s in strata(PAIRS)} == {
+        ("positives", "all"): "abc",
+        ("positives", "overlap 30 % and more"): "a",
+        ("positives", "overlap 15 to 30 %"): "b",
+        ("positives", "overlap under 15 %"): "c",
+        ("not identifiable", "overlap 30 % and more"): "d",
+        ("distorted", "all"): "e",
+        ("noise", "noise 0"): "b",
+        ("noise", "noise 1"): "ac",
+        ("world", "cave"): "bc",
+        ("world", "office"): "a",
+        ("negatives", "all"): "fg",
+        ("negatives", "nothing in common"): "g",
+        ("negatives", "other worlds"): "f",
+        ("every pair", "all"): "abcdefg",
+    }
+
+
+def counts(group, name="all"):
+    row = next(r for r in build_results(PAIRS, 0).strata if (r.group, r.stratum) == (group, name))
+    shares = (row.aggregate.right, row.aggregate.true_accepts, row.aggregate.false_accepts)
+    return tuple(None if share is None else share.count for share in shares)
+
+
+def test_counts_computed_by_hand():
+    assert counts("positives") == (2, 1, 1)
+    assert counts("not identifiable", "overlap 30 % and more") == (0, 0, 1)
+    assert counts("distorted") == (1, 1, 0)
+    assert counts("negatives") == (None, None, 1)
+    assert counts("every pair") == (None, None, 3)
+    assert outcome_counts(PAIRS) == {"false_accepts": 3, "false_rejects": 1, "true_accepts": 2, "true_rejects": 1}
+
+
+def test_a_pair_without_a_residual_counts_as_distorted():
+    unknown = evaluated(True, GOOD, distorted=None)
+    assert [(s.group, len(s.pairs)) for s in strata([unknown])] == [("distorted", 1), ("every pair", 1)]
+    assert aggregate([unknown], [unknown], NEW_RNG).distorted == 1
+
+
+def test_median_errors_are_those_of_right_answers():
+    found = build_results(PAIRS, 0).strata[0].aggregate
+    assert found.errors_right["rotation_deg"].median == pytest.approx(GOOD.rotation_deg)
+    assert found.errors_accepted["rotation_deg"].median == pytest.approx((GOOD.rotation_deg + BAD.rotation_deg) / 2)
+    assert error_quantiles([evaluated(True, None)])["rotation_deg"] is None
+
+
+def test_missions_are_resampled_where_pairs_have_one():
+    over = build_results(PAIRS, 0).strata[0].aggregate.over_missions
+    assert set(over) == {"right", "true_accepts", "false_accepts"}
+    assert over["false_accepts"] == Interval(0.0, 1.0)
+    alone = [evaluated(True, GOOD), evaluated(True, GOOD)]
+    assert aggregate(alone, alone, NEW_RNG).over_missions == {}
+
+
+def test_times_are_compared_with_plain_orb_where_it_ran():
+    seconds = (0.1, 0.2, 0.4)
+    quick = [evaluated(True, GOOD, seconds=s) for s in seconds]
+    slow = [evaluated(True, GOOD, method="quilt", seconds=4 * s) for s in seconds]
+    rows = {row.method: row.timing for row in build_results([*slow, *quick], 0).strata if row.group == "positives"}
+    assert rows["quilt"].median_s == 0.8
+    assert rows["quilt"].ratio == pytest.approx(4.0)
+    assert build_results(slow, 0).strata[0].timing.ratio is None
+
+
+def test_the_words_of_the_table():
+    share = Share(38, 40, Interval(0.835, 0.986))
+    assert share_text(share) == "95.0 (83.5 to 98.6)"
+    assert share_text(share, Interval(0.9, 1.0)) == "95.0 (83.5 to 98.6) [90.0 to 100.0]"
+    assert share_text(None) == number_text(None, 2) == "-"
+    assert (number_text(0.0714, 3), number_text(0.0714, 2)) == ("0.071", "0.07")
+    assert false_accept_text(Share(0, 40, Interval(0.0, 0.088))) == "0 (up to 8.8)"
+
+
+def test_the_markdown_has_a_line_for_each_stratum_and_method():
+    lines = [line for line in markdown(build_results(PAIRS, 0)).splitlines() if line.startswith("|")]
+    table = [line for line in lines if line.count("|") == len(COLUMNS) + 1]
+    assert len([line for line in table if "| orb |" in line]) == len(strata(PAIRS))
+    assert "[0.0 to 100.0]" in next(line for line in table if line.startswith("| all | orb | 3 |"))
+    assert any(line.startswith("| orb | 6 |") for line in lines), "calibration leaves the distorted pair out"
+
+
+def test_the_terminal_table_fits_80_columns(capsys):
+    longest = [evaluated(True, GOOD, method="morphology as published", name=str(k)) for k in range(9)]
+    print_table(terminal_table(build_results(longest, 0)))
+    assert max(map(len, capsys.readouterr().out.rstrip().splitlines())) <= 80
