@@ -24,11 +24,11 @@ from benchmarks.team_injection.drawn_team import DrawnSettings, draw_team
 from benchmarks.team_injection.trials import InjectionTrial, PoseTrial, injection_trial, pose_trial
 from benchmarks.team_injection.usage import usage
 from mapping.map_set import MapSet
-from mapquilt.cli.options.merge import PRELOADED, pair_executor
+from mapquilt.cli.options.merge import PRELOADED, pair_workers
 from mapquilt.cli.tables import plain_table, print_table
 from mapquilt.evaluation.statistics import Share, ratio_of_medians_over_clusters
 from mapquilt.jobs.progress import count_progress
-from mapquilt.jobs.runner import process_pool
+from mapquilt.jobs.runner import process_pool, remote_runner
 from merge.merger import merge_maps
 from worlds.families.registry import make_world
 
@@ -121,10 +121,10 @@ def bench_speed(maps: int = 20, workers: int = 2) -> None:
     start = time.perf_counter()
     with (
         usage() as used,
-        pair_executor(maps, workers, None) as executor,
+        remote_runner(pair_workers(maps, workers, None)) as runner,
         count_progress("merging pairs") as on_progress,
     ):
-        result = merge_maps(team, on_progress=on_progress, executor=executor)
+        result = merge_maps(team, on_progress=on_progress, runner=runner)
         seconds = time.perf_counter() - start
     table = plain_table(("", False), ("measured", True), ("asked", True))
     table.add_row("maps", f"{maps} of about {int(np.median(shapes[:, 0]))} x {int(np.median(shapes[:, 1]))}", "")

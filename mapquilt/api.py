@@ -40,20 +40,18 @@ def merge(
     Raises ``ValueError`` or ``OSError`` naming the file or setting that cannot be used. Maps that do not match are no
     error: their pair is refused, with a reason.
     """
-    from mapquilt.jobs.runner import Workers
+    from mapquilt.jobs.runner import Workers, remote_runner
     from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
     from mapquilt.merging.merge_inputs import file_inputs
     from merge.merger import merge_maps
     from merge.settings import MergeSettings
 
     settings = dataclasses.replace(settings or MergeSettings(), **changes)
-    chosen = Workers(workers)
-    executor = None if chosen.local else chosen.executor()
-    try:
+    with remote_runner(Workers(workers)) as runner:
         if isinstance(maps, str | Path):
             if out is not None:
                 raise ValueError(f"out is {out}, must be None for a run, which gets the merge in its own folder")
-            return merge_run(Path(maps), settings, seed, executor=executor)
+            return merge_run(Path(maps), settings, seed, runner=runner)
         if not isinstance(maps, MapSet) and any(isinstance(one, str | Path) for one in maps):
             paths = [Path(one) for one in maps if isinstance(one, str | Path)]
             inputs = file_inputs(paths, None)
@@ -61,16 +59,13 @@ def merge(
                 warnings.warn(warning, stacklevel=2)
             if out is not None:
                 refuse_merge(Path(out), paths)
-            result = merge_maps(inputs.maps, settings, seed, executor=executor)
+            result = merge_maps(inputs.maps, settings, seed, runner=runner)
             if out is not None:
                 write_merge(Path(out), inputs, settings, seed, result)
             return result
         if out is not None:
             raise ValueError(f"out is {out}, must be None for maps in memory; use save_map(result.merged, path)")
-        return merge_maps(maps if isinstance(maps, MapSet) else _map_set(maps), settings, seed, executor=executor)
-    finally:
-        if executor is not None:
-            executor.shutdown()
+        return merge_maps(maps if isinstance(maps, MapSet) else _map_set(maps), settings, seed, runner=runner)
 
 
 def _map_set(grids: Sequence[Any]) -> MapSet:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from concurrent.futures import Executor
 from itertools import combinations
 
 from mapping.map_set import MapSet
@@ -12,7 +11,7 @@ from merge.multimap.pipeline import solve
 from merge.multimap.results import merge_result
 from merge.multimap.team import Team
 from merge.pair.feature_cache import FeatureCache
-from merge.pair.matching import PairTask, match, run_tasks
+from merge.pair.matching import PairTask, Runner, match, run_tasks
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 
@@ -25,7 +24,7 @@ def merge_maps(
     settings: MergeSettings = MergeSettings(),  # noqa: B008
     seed: int = 0,
     on_progress: Progress | None = None,
-    executor: Executor | None = None,
+    runner: Runner | None = None,
     answers: Mapping[tuple[str, str], PairResult] | None = None,
 ) -> MergeResult:
     """Find the transforms between the maps of a team, accept or refuse each, and fuse the maps that join.
@@ -36,13 +35,13 @@ def merge_maps(
     cells. Each cluster is fused in the frame of one map.
 
     The same maps, settings and seed give the same result, in any order of the maps and with any number of workers of
-    the ``executor``. Maps that do not match are no error: their pair is refused with a reason. ``answers``, by target
+    the ``runner``. Maps that do not match are no error: their pair is refused with a reason. ``answers``, by target
     and source, are those of pairs that were matched before.
 
     Raises ``ValueError`` if the seed is negative, or a setting names an unknown map.
     """
     _check_names(maps, settings)
-    team = Team.of(maps, settings, seed, on_progress, executor)
+    team = Team.of(maps, settings, seed, on_progress, runner)
     known = {team.pair(*names): answer for names, answer in (answers or {}).items() if set(names) <= set(maps.names)}
     return merge_result(team, solve(team, known))
 

@@ -14,13 +14,14 @@ from mapquilt.cli.options.merge import (
     FusionOption,
     PriorOption,
     ReferenceOption,
-    pair_executor,
+    pair_workers,
     parse_priors,
     searched_scales,
 )
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption
 from mapquilt.cli.tables import merge_table, print_table, warn
 from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import remote_runner
 from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
 from mapquilt.merging.merge_again import answers_before
 from mapquilt.merging.merge_file import merge_record
@@ -99,13 +100,13 @@ def merge(
     inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
     warn(inputs.warnings)
     with (
-        pair_executor(len(inputs.maps), workers, scheduler) as executor,
+        remote_runner(pair_workers(len(inputs.maps), workers, scheduler)) as runner,
         count_progress("merging pairs") as on_progress,
     ):
         if folder is not None and run_folder.is_run(folder):
-            result = merge_run(folder, settings, seed, on_progress, inputs, executor, answers)
+            result = merge_run(folder, settings, seed, on_progress, inputs, runner, answers)
         else:
-            result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
+            result = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers)
             if folder is not None:
                 write_merge(folder, inputs, settings, seed, result)
     if method == METHOD:

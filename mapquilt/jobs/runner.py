@@ -5,9 +5,10 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait as wait_for
 from threading import Thread
@@ -54,12 +55,14 @@ class Workers:
         """True if tasks run in this process."""
         return self.processes == 1 and self.scheduler is None
 
-    def executor(self) -> Executor:
-        """Start the executor.
+    def start(self) -> tuple[Executor, int]:
+        """Start the executor, and return it with its number of workers.
 
         Raises ``ImportError`` if Dask is missing and ``OSError`` if its scheduler does not answer.
         """
-        return process_pool(self.processes, self.preload) if self.scheduler is None else dask_cluster(self.scheduler)
+        if self.scheduler is not None:
+            return dask_cluster(self.scheduler)
+        return process_pool(self.processes, self.preload), self.processes
 
 
 def process_pool(workers: int, preload: Sequence[str] = ()) -> Executor:
@@ -83,29 +86,44 @@ def _die_with_parent() -> None:
         os._exit(1)
 
 
-def dask_cluster(address: str) -> Executor:
-    """Connect to a Dask scheduler. Raise ``ImportError`` if Dask is missing, ``OSError`` if nobody answers."""
+def dask_cluster(address: str) -> tuple[Executor, int]:
+    """Connect to a Dask scheduler, and count the threads of its workers.
+
+    Raises ``ImportError`` if Dask is missing, ``OSError`` if nobody answers.
+    """
     try:
         from distributed import Client
     except ImportError:
         raise ImportError("--scheduler needs Dask: pip install 'mapquilt[cluster]'") from None
+    client = Client(address, timeout="10s")  # type: ignore[no-untyped-call]
     # pure=False: otherwise Dask takes equal calls for one and returns the first one's result.
-    executor: Executor = Client(address, timeout="10s").get_executor(pure=False)  # type: ignore[no-untyped-call]
-    return executor
+    executor: Executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]
+    return executor, max(1, sum(client.nthreads().values()))  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def remote_runner(workers: Workers) -> Iterator[Runner | None]:
+    """Start a runner, or give None where tasks run in this process anyway, for code that has a way of its own there."""
+    if workers.local:
+        yield None
+        return
+    with Runner(workers) as runner:
+        yield runner
 
 
 class Runner:
     """Run tasks on workers that start with the first task and stop at the end of the ``with`` block.
 
-    ``start`` starts an executor; without one, tasks run in this process. A worker that dies breaks a process pool for
-    good: the pool is started anew and the unfinished tasks are handed out again, at most ``MAX_TRIES`` times.
+    ``start`` returns an executor and its number of workers; without it and with one local process, tasks run in this
+    process. A worker that dies breaks a process pool for good: the pool is started anew and the unfinished tasks are
+    handed out again, at most ``MAX_TRIES`` times.
     """
 
-    def __init__(self, workers: Workers | None = None, start: Callable[[], Executor] | None = None) -> None:
+    def __init__(self, workers: Workers | None = None, start: Callable[[], tuple[Executor, int]] | None = None) -> None:
         workers = workers or Workers()
-        self._processes = workers.processes
-        self._start = start or (None if workers.local else workers.executor)
+        self._start = start or (None if workers.local else workers.start)
         self._executor: Executor | None = None
+        self._workers = 1
 
     def __enter__(self) -> Self:
         return self
@@ -151,8 +169,9 @@ class Runner:
         running: dict[Future[Result], int] = {}
         try:
             while waiting or running:
-                self._executor = self._executor or self._start()
-                while waiting and len(running) < TASKS_PER_WORKER * self._processes:
+                if self._executor is None:
+                    self._executor, self._workers = self._start()
+                while waiting and len(running) < TASKS_PER_WORKER * self._workers:
                     index = waiting.pop()
                     running[self._executor.submit(function, tasks[index])] = index
                 done, _ = wait(running, return_when=FIRST_COMPLETED)

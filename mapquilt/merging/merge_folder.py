@@ -6,11 +6,11 @@ import re
 import shutil
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import Executor
 from pathlib import Path
 
 from mapping.io.atomic import write_files_aside
 from mapping.io.map_file import map_files
+from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import record_bytes
 from mapquilt.merging.merge_file import group_stems, has_files, merge_record
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, run_inputs
@@ -90,7 +90,7 @@ def merge_run(
     seed: int,
     on_progress: Progress | None = None,
     inputs: MergeInputs | None = None,
-    executor: Executor | None = None,
+    runner: Runner | None = None,
     answers: Mapping[tuple[str, str], PairResult] | None = None,
 ) -> MergeResult:
     """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
@@ -101,7 +101,7 @@ def merge_run(
     made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
     inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
     start = time.perf_counter()
-    result = merge_maps(inputs.maps, settings, seed, on_progress, executor, answers)
+    result = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers)
     merged = time.perf_counter() - start
     files = merge_files(run, inputs, settings, seed, result)
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}

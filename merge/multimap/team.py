@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeVar
@@ -16,7 +15,7 @@ from mapping.map_set import MapSet
 from merge.multimap.graph import Cluster, ConsistencyModel, Edge, LocalFrame, Pair, edge_from_answer
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
-from merge.pair.matching import PairTask, canonical_order, run_tasks
+from merge.pair.matching import PairTask, Runner, canonical_order, run_tasks
 from merge.records.prior import Expected, expected_places
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
@@ -29,17 +28,17 @@ Answers = Mapping[Pair, PairResult]
 
 
 class TaskRunner:
-    """Run tasks here or on the workers of an executor, and report progress: tasks done, tasks known so far."""
+    """Run tasks here or by a runner, and report progress: tasks done, tasks known so far."""
 
-    def __init__(self, executor: Executor | None, on_progress: Callable[[int, int], None] | None) -> None:
+    def __init__(self, runner: Runner | None, on_progress: Callable[[int, int], None] | None) -> None:
         self.cache = FeatureCache()
-        self._executor, self._on_progress = executor, on_progress
+        self._runner, self._on_progress = runner, on_progress
         self._done, self._planned = 0, 0
 
     def __call__(self, function: Callable[[Task, FeatureCache | None], Result], tasks: Sequence[Task]) -> list[Result]:
         """Apply the function to each task, in order."""
         self._planned += len(tasks)
-        return run_tasks(function, tasks, self.cache, self._executor, self._step)
+        return run_tasks(function, tasks, self.cache, self._runner, self._step)
 
     def _step(self) -> None:
         self._done += 1
@@ -72,10 +71,10 @@ class Team:
         settings: MergeSettings,
         seed: int = 0,
         on_progress: Callable[[int, int], None] | None = None,
-        executor: Executor | None = None,
+        runner: Runner | None = None,
     ) -> Team:
         """Prepare a merge. Raises ``ValueError`` for priors that say nothing."""
-        run, ordered = TaskRunner(executor, on_progress), _in_canonical_order(maps)
+        run, ordered = TaskRunner(runner, on_progress), _in_canonical_order(maps)
         frames = tuple(local_frames(ordered, run.cache))
         scale = settings.scale if settings.scale is not None else maps.scale_range
         likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood)

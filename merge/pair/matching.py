@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +36,6 @@ from merge.settings import MergeSettings
 
 SAME_SCALE = math.log(1.03)
 """What differs by less is no other scale."""
-
-IN_FLIGHT = 64
-"""Tasks handed out at a time, so that their maps are not all in flight at once."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -114,43 +110,36 @@ def process_feature_cache() -> FeatureCache:
     return FeatureCache()
 
 
+class Runner(Protocol):
+    """Run tasks elsewhere, such as on other processes."""
+
+    def run(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task], on_progress: Callable[[int, int], None]
+    ) -> list[Result]:
+        """Return the result of each task, in their order, and call ``on_progress`` with how many are done, of all."""
+        ...
+
+
 def run_tasks(
     function: Callable[[Task, FeatureCache | None], Result],
     tasks: Sequence[Task],
-    shelf: FeatureCache,
-    executor: Executor | None = None,
+    cache: FeatureCache,
+    runner: Runner | None = None,
     on_done: Callable[[], None] = lambda: None,
 ) -> list[Result]:
-    """What the function makes of each task, in the order of the tasks, whoever does the work."""
-    if executor is None:
-        results = []
-        for task in tasks:
-            results.append(function(task, shelf))
-            on_done()
-        return results
-    found: dict[int, Result] = {}
-    for index, result in _as_they_come(function, tasks, executor):
-        found[index] = result
+    """Return the result of each task, in their order: on the runner, or here with the given cache."""
+    if runner is not None:
+        return runner.run(_with_process_cache, [(function, task) for task in tasks], lambda done, total: on_done())
+    results = []
+    for task in tasks:
+        results.append(function(task, cache))
         on_done()
-    return [found[index] for index in range(len(tasks))]
+    return results
 
 
-def _as_they_come(
-    function: Callable[[Task, FeatureCache | None], Result], tasks: Sequence[Task], executor: Executor
-) -> Iterator[tuple[int, Result]]:
-    running: dict[Future[Result], int] = {}
-    waiting = list(range(len(tasks) - 1, -1, -1))
-    try:
-        while waiting or running:
-            while waiting and len(running) < IN_FLIGHT:
-                index = waiting.pop()
-                running[executor.submit(function, tasks[index], None)] = index
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                yield running.pop(future), future.result()
-    finally:
-        for future in running:
-            future.cancel()
+def _with_process_cache(call: tuple[Callable[[Task, FeatureCache | None], Result], Task]) -> Result:
+    function, task = call
+    return function(task, None)
 
 
 def _answer(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
 
 from mapping.geometry.scale_range import ScaleRange
 from mapquilt.cli.options.workers import chosen_workers
+from mapquilt.jobs.runner import Workers
 from mapquilt.numbers import parse_number, parse_range
 from merge.fusion import FUSIONS
 from merge.records.prior import SIGMA, Prior
@@ -75,15 +74,6 @@ def _parse_prior(text: str) -> Prior:
         raise ValueError(f"--prior {text}: {error}") from None
 
 
-@contextmanager
-def pair_executor(maps: int, workers: int | None, scheduler: str | None) -> Iterator[Executor | None]:
-    """Start the executor that matches pairs, or None where this process is quicker."""
-    chosen = chosen_workers(workers, scheduler, default=1 if maps <= SERIAL_MAPS else None, preload=PRELOADED)
-    if chosen.local:
-        yield None
-        return
-    executor = chosen.executor()
-    try:
-        yield executor
-    finally:
-        executor.shutdown(cancel_futures=True)
+def pair_workers(maps: int, workers: int | None, scheduler: str | None) -> Workers:
+    """Choose the workers that match pairs: without ``--workers``, this process for a few maps, else one per core."""
+    return chosen_workers(workers, scheduler, default=1 if maps <= SERIAL_MAPS else None, preload=PRELOADED)

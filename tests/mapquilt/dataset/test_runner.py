@@ -35,7 +35,7 @@ def fail(number):
 
 
 def pool(processes: int) -> Runner:
-    return Runner(Workers(processes), lambda: process_pool(processes))
+    return Runner(Workers(processes), lambda: (process_pool(processes), processes))
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -88,7 +88,7 @@ def test_workers_die_with_their_parent_however_it_dies(preload, tmp_path):
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize("start", [None, lambda: ThreadPoolExecutor(1)])
+@pytest.mark.parametrize("start", [None, lambda: (ThreadPoolExecutor(1), 1)])
 def test_errors_come_with_their_task(start):
     with Runner(start=start) as runner:
         results = dict(runner.completed(fail, [1, 2]))

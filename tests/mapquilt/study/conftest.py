@@ -25,7 +25,7 @@ def plan(
 
 def thread() -> Runner:
     """A runner of one thread: what a test patches in this process holds there too."""
-    return Runner(start=lambda: ThreadPoolExecutor(1))
+    return Runner(start=lambda: (ThreadPoolExecutor(1), 1))
 
 
 def run(plan: StudyPlan, out: Path, cache: Path | None = None) -> StudyResults:

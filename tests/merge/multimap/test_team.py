@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -14,6 +12,7 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
+from mapquilt.jobs.runner import Runner, Workers
 from merge import MergeSettings, merge_maps
 from merge.multimap.graph import Cluster
 from merge.multimap.joint_icp import joint_icp, mean_score
@@ -51,8 +50,8 @@ def test_the_order_of_the_maps_changes_nothing(three, order):
 
 def test_the_number_of_workers_changes_no_byte(three):
     maps, _, alone = three
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        shared = merge_maps(maps, executor=executor)
+    with Runner(Workers(2)) as runner:
+        shared = merge_maps(maps, runner=runner)
     assert shared.reference_from_map == alone.reference_from_map
     assert shared.merged.log_odds.tobytes() == alone.merged.log_odds.tobytes()
     for one, other in zip(shared.pairs, alone.pairs, strict=True):
