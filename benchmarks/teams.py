@@ -1,8 +1,8 @@
-"""``python -m benchmarks.teams``: merging teams, measured.
+"""Benchmark the merge of teams: ``python -m benchmarks.teams [PART [NUMBER ...]]``.
 
-``wrong [TEAMS [FIRST [DRAWS]]]``: wrong answers put among right ones; ``poses [TEAMS [FIRST]]``: joint refinement
-against chained pairs; ``speed [MAPS [WORKERS]]``: time and memory of a team of maps of 400 x 400 cells. Without a word:
-all.
+``wrong [TEAMS [FIRST [DRAWS]]]``: rejection of injected wrong answers; ``poses [TEAMS [FIRST]]``: joint refinement
+compared with chained pairs; ``speed [MAPS [WORKERS]]``: time and memory of a team of maps of 400 x 400 cells. Without a
+part: all.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Trial = TypeVar("Trial")
 
 
 def main(arguments: list[str]) -> None:
-    """Run what the first word names, with the numbers that follow, or all."""
+    """Run the named part with its numbers, or all parts."""
     parts: dict[str, Callable[..., None]] = {"wrong": bench_wrong, "poses": bench_poses, "speed": bench_speed}
     if arguments:
         parts[arguments[0]](*map(int, arguments[1:]))
@@ -49,10 +49,10 @@ def main(arguments: list[str]) -> None:
 
 
 def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
-    """Teams of 3 to 20 maps, 30 % of whose answers are wrong: how many come out with none of those, and all maps."""
+    """Count the teams of 3 to 20 maps, 30 % of whose answers are wrong, that keep no wrong answer and all maps."""
     table = plain_table(
-        ("team", True), ("world", False), ("maps", True), ("answers", True), ("wrong", True), ("believed", True),
-        ("maps lost", True), ("right put aside", True),
+        ("team", True), ("world", False), ("maps", True), ("answers", True), ("wrong", True), ("kept", True),
+        ("maps lost", True), ("right rejected", True),
     )  # fmt: skip
     trials: list[InjectionTrial] = []
     with count_progress("teams") as on_progress:
@@ -60,21 +60,21 @@ def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
             trials.append(trial)
             if not trial.passed:
                 row = (seed, trial.world, trial.maps, trial.edges, trial.wrong, trial.wrong_kept, trial.maps_lost)
-                table.add_row(*map(str, (*row, trial.right_aside)))
+                table.add_row(*map(str, (*row, trial.right_rejected)))
             on_progress(len(trials), teams)
-    aside, answers = sum(t.right_aside for t in trials), sum(t.edges - t.wrong for t in trials)
+    rejected, answers = sum(t.right_rejected for t in trials), sum(t.edges - t.wrong for t in trials)
     share = Share.counted([trial.passed for trial in trials])
     low, high = share.interval.low, share.interval.high
     table.caption = (
         f"{share.count} of {share.of} teams without a wrong answer and with every map "
         f"({low:.3f} to {high:.3f}); asked 0.98\n"
-        f"{aside} of {answers} right answers put aside; the table has the teams that failed"
+        f"{rejected} of {answers} right answers rejected; the table lists the teams that failed"
     )
     print_table(table)
 
 
 def bench_poses(teams: int = 24, first: int = 0) -> None:
-    """Teams of 8 maps matched for real: the median error of poses refined together, and of chained pairs."""
+    """Compare the median pose error of joint refinement and of chained pairs, on teams of 8 maps."""
     trials: list[PoseTrial] = []
     with count_progress("teams") as on_progress:
         for _, trial in _first(teams, first, pose_trial):
@@ -89,14 +89,14 @@ def bench_poses(teams: int = 24, first: int = 0) -> None:
     low, high = 100 * (1 - interval.high), 100 * (1 - interval.low)
     better = sum(np.median(trial.joint) < np.median(trial.chained) for trial in trials)
     table.caption = (
-        f"the median is lower by {100 * (1 - ratio):.0f} % ({low:.0f} to {high:.0f}, teams drawn again); asked 30 %\n"
+        f"the median is lower by {100 * (1 - ratio):.0f} % ({low:.0f} to {high:.0f}, teams resampled); asked 30 %\n"
         f"lower in {better} of {len(trials)} teams"
     )
     print_table(table)
 
 
 def _first(number: int, first: int, trial: Callable[[int], Trial | None]) -> Iterator[tuple[int, Trial]]:
-    """The first so many trials that are any, in the order of their seeds, and those."""
+    """Yield the first trials that are not None, with their seeds, in order."""
     workers = os.cpu_count() or 1
     seeds, found = count(first), 0
     with process_pool(workers, PRELOADED) as pool:
@@ -112,9 +112,9 @@ def _first(number: int, first: int, trial: Callable[[int], Trial | None]) -> Ite
 
 
 def bench_speed(maps: int = 20, workers: int = 2) -> None:
-    """A team of maps of about 400 x 400 cells, whose scale is known."""
+    """Measure a team of maps of about 400 x 400 cells with known scale."""
     began = time.perf_counter()
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as elsewhere:  # what drawing loads stays there
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as elsewhere:  # so that its imports do not count here
         team = elsewhere.submit(_large_team, maps).result()
     drawing = time.perf_counter() - began
     shapes = np.array([grid.cropped().frame.shape for grid in team.grids])

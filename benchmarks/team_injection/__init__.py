@@ -1,1 +1,1 @@
-"""Teams drawn quickly, wrong edges put among their pairs, and what the merger makes of them."""
+"""Synthetic teams of maps, wrong answers injected among their pairs, and the merger's results on them."""

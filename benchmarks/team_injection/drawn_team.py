@@ -1,4 +1,4 @@
-"""Teams of maps drawn without a mission: scans from a few places of a world, at poses that drift."""
+"""Synthetic teams without a mission: scans from a few places of a world, mapped at poses that drift."""
 
 from __future__ import annotations
 
@@ -23,21 +23,24 @@ from worlds.raster import true_raster
 from worlds.world import World
 
 COARSE = 0.25
-"""Cells of the raster that paths are planned on [m]."""
+"""Cell size of the raster for path planning [m]."""
 
 CLEARANCE = 2
-"""Coarse cells that robots keep from walls."""
+"""Distance that robots keep from walls [coarse cells]."""
 
 NEAREST, FARTHEST = 0.4, 0.9
-"""How far, as shares of their reach, a robot starts from the nearest that started before."""
+"""Distance of a start to the nearest earlier one, as shares of the reach."""
 
 
 @dataclass(frozen=True)
 class DrawnSettings:
-    """``maps`` robots look around ``stops`` times each, within ``reach`` [m] of travel from where they start, which is
-    within reach of where another did. The believed pose wanders by ``drift`` [m per root metre] and ``turn_drift`` [rad
-    per root metre]; ranges have a deviation of ``range_noise`` [m], the lidar ``beams`` and a ``range`` [m]. Maps have
-    cells of ``resolution`` [m], stated ``scale_low`` to ``scale_high`` times too small."""
+    """Settings of a synthetic team.
+
+    Each of the ``maps`` robots scans ``stops`` times within ``reach`` [m] of travel from its start, which is within
+    reach of another start. The estimated pose drifts by ``drift`` [m per root metre] and ``turn_drift`` [rad per root
+    metre]. The lidar has so many ``beams``, a ``range`` [m] and a standard deviation ``range_noise`` [m]. Maps have
+    cells of ``resolution`` [m], stated ``scale_low`` to ``scale_high`` times too small.
+    """
 
     maps: int = 6
     stops: int = 25
@@ -54,13 +57,13 @@ class DrawnSettings:
 
 @dataclass(frozen=True, eq=False)
 class DrawnTeam:
-    """Maps, and for each, in order, ``world_from_map``: the rigid motion and the stated scale that fit it best."""
+    """Maps, and the ``world_from_map`` of each: best rigid fit and stated scale."""
 
     maps: MapSet
     world_from_map: tuple[Similarity2, ...]
 
     def truth(self, target: int, source: int) -> Similarity2:
-        """target_from_source, as the whole maps fit best."""
+        """Return target_from_source, composed of the fits of the whole maps."""
         return self.world_from_map[target].inverse() @ self.world_from_map[source]
 
 
@@ -84,7 +87,7 @@ def draw_team(world: World, settings: DrawnSettings, rng: np.random.Generator) -
 
 
 def _floor(raster: OccupancyGrid) -> NDArray[np.bool_]:
-    """Coarse cells where a robot can stand, in the largest part that one can walk through."""
+    """Mark the coarse cells where a robot can stand, in the largest connected part."""
     clear = ndimage.distance_transform_edt(~raster.occupied) > CLEARANCE
     labels, number = ndimage.label(clear)
     sizes = ndimage.sum_labels(clear, labels, range(1, number + 1))
@@ -95,7 +98,7 @@ def _floor(raster: OccupancyGrid) -> NDArray[np.bool_]:
 def _start(
     free: NDArray[np.bool_], travels: list[NDArray[np.float64]], settings: DrawnSettings, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], tuple[int, int]]:
-    """How far each coarse cell is from the new start [m], and the start."""
+    """Draw a start; return the travel distance of each coarse cell from it [m], and its cell."""
     there = free
     if travels:
         near = np.min(travels, axis=0)
@@ -129,7 +132,7 @@ def _draw_map(
         axis=-1,
     )
     drift = np.cumsum(settings.drift * np.sqrt(moved)[:, None] * rng.standard_normal((len(stops), 2)), axis=0)
-    believed = np.cumsum(turned, axis=0) + drift
+    estimated = np.cumsum(turned, axis=0) + drift
     scale = math.exp(rng.uniform(math.log(settings.scale_low), math.log(settings.scale_high)))
     map_from_start = Similarity2(
         rng.uniform(-10.0, 10.0), rng.uniform(-10.0, 10.0), rng.uniform(-math.pi, math.pi), 1.0 / scale
@@ -137,7 +140,7 @@ def _draw_map(
     mapper = LogOddsMapper(settings.resolution / scale)
     hits: list[NDArray[np.float64]] = []
     trues: list[NDArray[np.float64]] = []
-    for place, yaw, (x, y) in zip(stops, yaws.tolist(), believed.tolist(), strict=True):
+    for place, yaw, (x, y) in zip(stops, yaws.tolist(), estimated.tolist(), strict=True):
         scan = _scan(scene, place, settings, rng)
         ranges = np.where(np.isfinite(scan), scan / scale, np.inf).astype(np.float32)
         pose = map_from_start @ Similarity2(x, y, yaw)
@@ -161,7 +164,7 @@ def _ends(ranges: NDArray[np.float64]) -> NDArray[np.float64]:
 def _stops(
     travel: NDArray[np.float64], start: tuple[int, int], settings: DrawnSettings, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Places (N, 2) [m] within reach, in the order in which each is nearest to the one before."""
+    """Draw places (N, 2) [m] within reach, each the nearest to the one before."""
     cells = np.argwhere(travel <= settings.reach)
     left = (cells[rng.permutation(len(cells))[: settings.stops - 1]][:, ::-1] + 0.5) * COARSE
     way = [(np.array(start[::-1]) + 0.5) * COARSE]

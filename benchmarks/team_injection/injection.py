@@ -22,16 +22,16 @@ from merge.verification.wall_overlap import measure_wall_overlap
 Pair = tuple[int, int]
 
 LEAST_OVERLAP = 0.2
-"""Pairs that share less of the smaller map are not answered."""
+"""Pairs that share less of the smaller map get no answer."""
 
 ANSWERED = 0.85
-"""Of the pairs that share enough so many are."""
+"""This fraction of the pairs that overlap enough get an answer."""
 
-SHARE_OFF, TURN_OFF, GROWTH_OFF = 0.003, math.radians(0.25), 0.003
-"""Deviations of right answers: of the smaller diagonal, and of yaw and log scale; about what the merger's show."""
+SIGMA_SHARE, YAW_SIGMA, LOG_SCALE_SIGMA = 0.003, math.radians(0.25), 0.003
+"""Standard deviations of right answers, like those of the merger: share of the smaller diagonal, yaw, log scale."""
 
 WRONG_BEYOND = 0.1
-"""A wrong answer lays the source's middle so far off, as a share of its diagonal, or turns it by a quarter or more."""
+"""A wrong answer moves the source's middle by at least this share of its diagonal, or rotates it by a quarter turn."""
 
 
 POINTS = 400
@@ -39,22 +39,22 @@ POINTS = 400
 
 @dataclass(frozen=True, eq=False)
 class Injected:
-    """The answers of a team, and which of them are wrong."""
+    """The answers of a team, and the pairs whose answers are ``wrong``."""
 
     pairs: tuple[PairResult, ...]
     wrong: frozenset[tuple[str, str]]
 
 
 def inject(team: DrawnTeam, share: float, rng: np.random.Generator, draws: int = 1) -> Injected | None:
-    """Answers of which ``share`` are wrong, as sure as the right ones.
+    """Draw the answers of a team, of which a ``share`` is wrong, with the same confidence as the right ones.
 
-    Without any one of the right ones the others still join all maps, so that none need be lost; None where the maps
-    overlap too little for that. Each wrong answer is, of so many ``draws``, the one whose walls look best.
+    All maps stay connected without any one of the right answers, so no map need be lost. Returns None if the maps
+    overlap too little for that. Each wrong answer is the one of several ``draws`` with the best wall overlap.
     """
     overlaps = {pair: _overlap(team, *pair) for pair in combinations(range(len(team.maps)), 2)}
     right = [p for p, share in overlaps.items() if share >= LEAST_OVERLAP and rng.random() < ANSWERED]
     number = len(team.maps)
-    if not _held(number, right):
+    if not _stays_connected(number, right):
         return None
     wrong: list[Pair] = []
     spare = [pair for pair in overlaps if pair not in right]
@@ -86,24 +86,26 @@ def _overlap(team: DrawnTeam, target: int, source: int) -> float:
     return float(common / smaller)
 
 
-def _held(number: int, pairs: list[Pair]) -> bool:
-    """Whether the pairs join all maps, and would without any one of them: nobody could tell which of two answers is
-    right where a map has no third. Of three maps it is enough that they are joined."""
+def _stays_connected(number: int, pairs: list[Pair]) -> bool:
+    """Tell if the pairs join all maps, even without any one of them; three maps need only be joined.
+
+    With two answers about a map and no third, nothing tells which one is right.
+    """
     if number < 4:
-        return _joined(number, pairs)
-    return all(_joined(number, [*pairs[:k], *pairs[k + 1 :]]) for k in range(len(pairs)))
+        return _is_connected(number, pairs)
+    return all(_is_connected(number, [*pairs[:k], *pairs[k + 1 :]]) for k in range(len(pairs)))
 
 
-def _joined(number: int, pairs: list[Pair]) -> bool:
+def _is_connected(number: int, pairs: list[Pair]) -> bool:
     rows, cols = [a for a, _ in pairs], [b for _, b in pairs]
     graph = csr_array((np.ones(len(rows)), (rows, cols)), shape=(number, number))
     return int(connected_components(graph, directed=False)[0]) == 1
 
 
 def _redundant(number: int, right: list[Pair], rng: np.random.Generator) -> Pair | None:
-    """A right pair without which the others still hold all maps."""
+    """Return a right pair without which the others still join all maps."""
     for k in map(int, rng.permutation(len(right))):
-        if _held(number, [pair for pair in right if pair != right[k]]):
+        if _stays_connected(number, [pair for pair in right if pair != right[k]]):
             return right[k]
     return None
 
@@ -117,12 +119,12 @@ def _answer(
     size = min(there.known_diagonal, truth.scale * here.known_diagonal)
     middle = truth.apply(here.frame.metres_from_cells(np.argwhere(here.known)).mean(axis=0))
     fixed = team.maps.resolutions_trusted
-    off = np.array([SHARE_OFF * size, SHARE_OFF * size, TURN_OFF, 0.0 if fixed else GROWTH_OFF])
+    sigma = np.array([SIGMA_SHARE * size, SIGMA_SHARE * size, YAW_SIGMA, 0.0 if fixed else LOG_SCALE_SIGMA])
     if draws:
-        places = [_moved(truth, middle, _wrong(size, fixed, rng)) for _ in range(draws)]
-        found = max(places, key=lambda place: _looks(there.frame, here.frame, charts, place))
+        poses = [_moved(truth, middle, _wrong(size, fixed, rng)) for _ in range(draws)]
+        found = max(poses, key=lambda pose: _wall_score(there.frame, here.frame, charts, pose))
     else:
-        found = _moved(truth, middle, off * rng.standard_normal(4))
+        found = _moved(truth, middle, sigma * rng.standard_normal(4))
     moved = np.diag([1.0, 1.0, 1.0, found.scale]) @ Similarity2(*(middle - (found.x, found.y))).adjoint()
     return PairResult(
         target=team.maps.names[target],
@@ -134,7 +136,7 @@ def _answer(
         target_from_source_pixels=None,
         unit="m",
         evidence=None,
-        covariance=moved @ np.diag(off**2) @ moved.T,
+        covariance=moved @ np.diag(sigma**2) @ moved.T,
     )
 
 
@@ -142,13 +144,15 @@ def _moved(truth: Similarity2, middle: NDArray[np.float64], move: NDArray[np.flo
     return Similarity2(move[0], move[1], move[2], math.exp(move[3])).about(middle) @ truth
 
 
-def _looks(there: GridFrame, here: GridFrame, charts: tuple[PreparedMap, PreparedMap], place: Similarity2) -> float:
+def _wall_score(
+    there: GridFrame, here: GridFrame, charts: tuple[PreparedMap, PreparedMap], place: Similarity2
+) -> float:
     cells = metres_from_prepared(there, charts[0]).inverse() @ place @ metres_from_prepared(here, charts[1])
     return measure_wall_overlap(*charts, cells, POINTS).score
 
 
 def _wrong(size: float, fixed: bool, rng: np.random.Generator) -> NDArray[np.float64]:
-    """A move to another place: the next room, the hall turned round, or anywhere."""
+    """Draw a wrong move: to the next room, a hall turned round, or anywhere."""
     turns = rng.choice([0.0, math.pi / 2.0, math.pi, -math.pi / 2.0]) if rng.random() < 0.7 else rng.uniform(-3.1, 3.1)
     reach, way = size * rng.uniform(WRONG_BEYOND, 0.6), rng.uniform(-math.pi, math.pi)
     growth = 0.0 if fixed or rng.random() < 0.5 else rng.uniform(-0.3, 0.3)

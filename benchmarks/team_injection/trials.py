@@ -1,4 +1,4 @@
-"""What the merger makes of drawn teams: wrong edges thrown out, poses against chained pairs, time and memory."""
+"""Trials on synthetic teams: rejection of wrong answers, and pose errors of joint refinement and chained pairs."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ COARSE_TEAMS = DrawnSettings(stops=15, beams=240, drift=0.02, turn_drift=0.004, 
 
 @dataclass(frozen=True)
 class InjectionTrial:
-    """What became of one team: how many maps, answers and wrong ones, how many of those were believed in the end, how
-    many maps lost, and how many right answers put aside."""
+    """Counts of one team: maps, answers, wrong ones, wrong ones kept, maps lost, and right answers rejected."""
 
     world: str
     maps: int
@@ -38,7 +37,7 @@ class InjectionTrial:
     wrong: int
     wrong_kept: int
     maps_lost: int
-    right_aside: int
+    right_rejected: int
 
     @property
     def passed(self) -> bool:
@@ -46,7 +45,7 @@ class InjectionTrial:
 
 
 def drawn(seed: int, maps: int | None = None, settings: DrawnSettings = COARSE_TEAMS) -> tuple[str, DrawnTeam]:
-    """The team of a seed, and its world: 3 to 20 maps unless told otherwise; every other team of unknown scales."""
+    """Draw the team of a seed, and name its world: 3 to 20 maps by default, every other team with unknown scales."""
     rng = np.random.default_rng(seed)
     number = int(rng.integers(3, 21)) if maps is None else maps
     world = WORLDS[seed % len(WORLDS)]
@@ -56,8 +55,7 @@ def drawn(seed: int, maps: int | None = None, settings: DrawnSettings = COARSE_T
 
 
 def injection_trial(seed: int, share: float = 0.3, draws: int = 1, maps: int | None = None) -> InjectionTrial | None:
-    """Put wrong answers among right ones, and see which are believed; None where the maps of the seed's team overlap
-    too little to be told apart (``inject``)."""
+    """Cluster a team with injected wrong answers and count what is kept; None if its maps overlap too little."""
     world, team = drawn(seed, maps)
     injected = inject(team, share, np.random.default_rng([seed, 1]), draws)
     if injected is None:
@@ -84,15 +82,14 @@ def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Cluster]:
 
 @dataclass(frozen=True)
 class PoseTrial:
-    """Errors of the maps of one team, each against the reference's, as ``pose_errors`` has them."""
+    """Errors of the maps of one team relative to the reference: see ``pose_errors``."""
 
     joint: tuple[float, ...]
     chained: tuple[float, ...]
 
 
 def pose_trial(seed: int, maps: int = 8) -> PoseTrial | None:
-    """Poses refined together, and those along chained pairs, of a team that is matched for real; None where fewer than
-    three maps join."""
+    """Merge a team, and measure the errors of joint poses and of chained pairs; None if fewer than three maps join."""
     _, team = drawn(seed, maps=maps)
     result = merge_maps(team.maps)
     if len(result.reference_from_map) < 3:
@@ -102,7 +99,7 @@ def pose_trial(seed: int, maps: int = 8) -> PoseTrial | None:
 
 
 def pose_errors(team: DrawnTeam, reference_from_map: dict[str, Similarity2]) -> list[float]:
-    """Mean displacement of the known cells of each map but the reference, against the truth, in its cells."""
+    """Return the mean displacement of the known cells of each map but the reference [its cells]."""
     names = team.maps.names
     reference = next(name for name, place in reference_from_map.items() if place == Similarity2.identity())
     errors = []
@@ -117,7 +114,7 @@ def pose_errors(team: DrawnTeam, reference_from_map: dict[str, Similarity2]) -> 
 
 
 def chained(team: DrawnTeam, result: MergeResult) -> dict[str, Similarity2]:
-    """Where the first group's maps lie along the surest pairs alone: a maximum spanning tree by confidence."""
+    """Chain the pairs of the first group along a maximum spanning tree by confidence."""
     names = [name for name in team.maps.names if name in result.reference_from_map]
     held = [p for p in result.pairs if p.accepted and p.target in names and p.source in names]
     at = {name: k for k, name in enumerate(names)}

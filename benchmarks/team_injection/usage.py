@@ -1,4 +1,4 @@
-"""What a process and its workers use of memory, shared pages counted once, and of processor time."""
+"""Memory and processor time of a process and its workers, with shared pages counted once."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from pathlib import Path
 from threading import Event, Thread
 
 PERIOD = 0.3
-"""Seconds between two looks."""
+"""Seconds between two samples."""
 
 TICK = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
 @dataclass
 class Usage:
-    """The most that was held at one time [MB]: in all, by this process, and by one of its descendants; and
-    processor time [s] since the first look."""
+    """Peak memory [MB] in all, of this process and of one descendant; processor time [s] since the first sample."""
 
     whole: float = 0.0
     own: float = 0.0
@@ -30,8 +29,8 @@ class Usage:
     def seconds(self) -> float:
         return sum(ran - self._began[process] for process, ran in self._ran.items())
 
-    def look(self) -> None:
-        """Take what is held now into account."""
+    def sample(self) -> None:
+        """Sample the current usage."""
         processes = _tree(os.getpid())
         first = not self._ran
         held = {process: _proportional(process) for process in processes}
@@ -48,14 +47,16 @@ class Usage:
 
 @contextmanager
 def usage() -> Iterator[Usage]:
-    """What this process and its descendants use while the block runs, by proportional set sizes (Pss, proc(5)), looked
-    at several times a second. Linux only: elsewhere it stays 0."""
+    """Measure this process and its descendants while the block runs, by proportional set sizes (Pss, proc(5)).
+
+    Linux only: elsewhere the result stays 0.
+    """
     used, over = Usage(), Event()
-    used.look()
+    used.sample()
 
     def watch() -> None:
         while not over.wait(PERIOD):
-            used.look()
+            used.sample()
 
     watcher = Thread(target=watch, daemon=True)
     watcher.start()
@@ -64,11 +65,11 @@ def usage() -> Iterator[Usage]:
     finally:
         over.set()
         watcher.join()
-        used.look()
+        used.sample()
 
 
 def _tree(root: int) -> list[int]:
-    """A process and its descendants."""
+    """List a process and its descendants."""
     found = [root]
     for process in found:
         for task in _tasks(process):
@@ -80,7 +81,7 @@ def _tasks(process: int) -> list[Path]:
     try:
         return list(Path(f"/proc/{process}/task").iterdir())
     except FileNotFoundError:
-        return []  # it ended meanwhile
+        return []  # the process has ended
 
 
 def _proportional(process: int) -> float:
