@@ -41,7 +41,7 @@ def count_of_maps(number: int) -> str:
 
 
 def plain_table(*columns: tuple[str, bool]) -> Table:
-    """An empty table of these columns; numbers (True) are aligned on the right."""
+    """Start an empty table with these columns; numbers (True) are aligned on the right."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption_justify="left")
     for name, number in columns:
         table.add_column(name, justify="right" if number else "left")
@@ -53,14 +53,16 @@ def _verdict(accepted: bool, reason: str | None) -> str:
 
 
 def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -> Table:
-    """Each pair's verdict, confidence and transform, with one standard deviation; a scale from cells to metres, or
-    back, names both. ``alternatives`` adds a row for each other place that was found."""
+    """Tabulate each pair's verdict, confidence and transform, with one standard deviation.
+
+    A scale between cells and metres names both units. ``alternatives`` adds a row for each other placement.
+    """
     table = plain_table(
         ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
     )
     for pair in result.pairs:
         source_unit = maps.units[maps.names.index(pair.source)]
-        head = (f"{pair.target} <- {pair.source}", _told(pair), f"{pair.confidence:.2f}")
+        head = (f"{pair.target} <- {pair.source}", _verdict_of(pair), f"{pair.confidence:.2f}")
         table.add_row(*head, *_place(pair, source_unit, pair.target_from_source, pair.covariance))
         for other in pair.alternatives if alternatives else ():
             place = _place(pair, source_unit, other.target_from_source, None)
@@ -75,7 +77,7 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
     return table
 
 
-def _told(pair: PairResult) -> str:
+def _verdict_of(pair: PairResult) -> str:
     if pair.accepted and pair.decided_by != "pair":
         alone = f", alone refused: {pair.pair_refusal}" if pair.pair_refusal else ""
         return f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}"

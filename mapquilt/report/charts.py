@@ -282,7 +282,7 @@ def _time(answers: Answers) -> Chart | None:
 
 
 def stage_chart(timings: Mapping[str, Mapping[str, float]]) -> Chart:
-    """Seconds of the stages of a run."""
+    """Draw the wall time of each step of a run."""
     steps = [
         (f"{stage}: {step}".replace("_", " "), seconds)
         for stage, found in timings.items()

@@ -28,7 +28,7 @@ COLUMNS = (
 )
 
 WIDE = 6.5
-"""A figure of more inches takes the page's whole width."""
+"""Width [inches] from which a figure takes the whole page."""
 
 
 def render_page(content: Content, pictures: int, on_progress: Progress = lambda done, total: None) -> str:

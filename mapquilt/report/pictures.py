@@ -30,11 +30,11 @@ SAMPLES = 2
 KEPT = 64
 """Maps that stay loaded: methods and pairs share them."""
 FARTHEST = 0.75
-"""An answer is shown no further off than so many diagonals of the box around both maps."""
+"""Largest distance of an answer in the picture, in diagonals of the box around both maps."""
 
 NOTHING, FREE, TARGET, SOURCE, BOTH = range(5)
 COLOURS = ((0, 0, 0), (255, 255, 255), *(tuple(bytes.fromhex(colour[1:])) for colour in ROBOTS[:2]), WALL)
-"""Of the kinds of pixels; the first is transparent."""
+"""Colours of the kinds of pixels; the first is transparent."""
 
 Kinds = NDArray[np.uint8]
 
@@ -132,7 +132,7 @@ def _around(points: NDArray[np.float64]) -> GridFrame:
 
 
 def _corners(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """The corners (4, 2) of the box around the known cells [m]."""
+    """Return the corners (4, 2) of the box around the known cells [m]."""
     rows, cols = np.nonzero(grid.known)
     low, high = (rows.min() - 0.5, cols.min() - 0.5), (rows.max() + 0.5, cols.max() + 0.5)
     return grid.frame.metres_from_cells(np.array([low, (low[0], high[1]), high, (high[0], low[1])]))
@@ -147,5 +147,5 @@ def _address(kinds: Kinds) -> str:
 
 
 def png_address(png: bytes) -> str:
-    """A PNG as an address that needs no file."""
+    """Encode a PNG as a data address."""
     return "data:image/png;base64," + base64.b64encode(png).decode()

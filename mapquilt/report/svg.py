@@ -19,7 +19,7 @@ _ID = re.compile(r'(\bid="|url\(#|xlink:href="#)')
 
 
 def figure_svg(figure: Figure, name: str) -> str:
-    """The ``<svg>`` of a figure; ``name`` keeps its ids apart from those of other figures of the page."""
+    """Render a figure as ``<svg>``; ``name`` makes its ids unique on the page."""
     from matplotlib import rc_context
 
     buffer = io.StringIO()

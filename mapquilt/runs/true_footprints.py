@@ -1,4 +1,4 @@
-"""What the maps of a mission truly show, whatever the noise: found once for all samples of the mission."""
+"""True footprints of the maps of a mission; noise does not change them, so all samples of the mission share them."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ MOST_PARTS = 20
 
 @dataclass(frozen=True, eq=False)
 class TrueMap:
-    """One map to be: scans ``start`` to ``stop - 1`` of one robot, what truly happened then, and the true raster of
-    what could be seen."""
+    """One map to be: scans ``start`` to ``stop - 1`` of one robot, their truth, and the true raster of the cells that
+    they observe."""
 
     name: str
     robot: int
@@ -36,7 +36,7 @@ class TrueMap:
 
 @dataclass(frozen=True, eq=False)
 class TrueFootprints:
-    """The world's true raster, the maps to be, and for each pair (target before source) how their places relate."""
+    """True raster of the world, the maps to be, and the overlap of each pair (target before source)."""
 
     world: OccupancyGrid
     maps: tuple[TrueMap, ...]
@@ -44,7 +44,7 @@ class TrueFootprints:
 
     @cached_property
     def raster_files(self) -> dict[str, dict[str, bytes]]:
-        """The map files, by name, of the world's true raster and of each map's: equal for all samples of a mission."""
+        """Return the map files, by name, of the true raster and of each footprint; all samples share them."""
         rasters = {"world": self.world, **{one.name: one.footprint for one in self.maps}}
         return {
             stem: {path.name: data for path, data in map_files(grid, Path(stem), picture="png").items()}
@@ -63,7 +63,7 @@ def check_parts(parts: int) -> None:
 
 
 def map_names(robots: int, parts: int) -> tuple[str, ...]:
-    """What the maps of a team are called: by robot, and by part where there is more than one."""
+    """Name the maps of a team by robot, and by part if there is more than one."""
     return tuple(
         f"robot_{robot}" if parts == 1 else f"robot_{robot}_part_{part}"
         for robot in range(robots)
@@ -74,10 +74,10 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
 def true_footprints(
     mission: Mission, parts: int = 1, seen: SeenSlices | None = None, on_step: Callable[[], None] = lambda: None
 ) -> TrueFootprints:
-    """Cut each robot's mission in time into equal parts, and find what each part could have seen.
+    """Cut each robot's mission into parts of equal time, and find the footprint of each part.
 
-    ``seen`` is what the same mission's robots saw, cut into as many parts among others. ``on_step`` is called after
-    each map and each pair. Raises ``ValueError`` where the mission has fewer scans than parts.
+    ``seen`` holds the observed cells of the same mission, cut into as many parts among others. ``on_step`` is called
+    after each map and each pair. Raises ``ValueError`` if the mission has fewer scans than parts.
     """
     check_parts(parts)
     seen = seen or SeenSlices(mission, (parts,))

@@ -1,1 +1,1 @@
-"""How well maps are merged as one setting, or two, change while all else stays the same."""
+"""Studies: one setting, or two, varied on the same missions."""

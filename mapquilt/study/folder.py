@@ -1,4 +1,4 @@
-"""The folder of a study: nothing is lost, whatever stops it, and the same call goes on."""
+"""Folder of a study, which the same call resumes after an interruption."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLAN_SCHEMA = "mapquilt-plan/1"
 
 @dataclass(frozen=True)
 class StudyRun:
-    """The results, and what was odd in making them, one line each."""
+    """Results, and warnings, one line each."""
 
     results: StudyResults
     warnings: tuple[str, ...]
@@ -78,12 +78,12 @@ def _kept(out: Path, task: MissionTask, result: MissionTrials | BaseException) -
 
 
 def is_study(folder: Path) -> bool:
-    """Whether mapquilt began a study here."""
+    """Check if the folder holds a study, finished or not."""
     return (folder / PLAN_FILE).is_file()
 
 
 def load_results(folder: Path) -> StudyResults:
-    """What the folder's study has found so far. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
+    """Load the results of all finished missions. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
     path = folder / PLAN_FILE
     record = read_json(path)
     check_record(path, "plan", record)

@@ -1,4 +1,4 @@
-"""One mission for all levels: what is shorter, smaller or sees less is cut out of it, so that nothing else changes."""
+"""One mission for all levels: shorter times, smaller teams and fewer beams are cut out of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from worlds.raster import true_raster
 
 
 def largest_mission(world: str, seed: int, setups: Sequence[ExperimentConfig], cache: Path | None) -> Mission:
-    """The mission with the most robots and the longest time of these setups, which share their drive.
+    """Simulate the mission with the most robots and the longest time of these setups, which share their drive.
 
     Raises ``ValueError`` where the world does not hold the robots.
     """
@@ -38,10 +38,9 @@ def largest_mission(world: str, seed: int, setups: Sequence[ExperimentConfig], c
 
 
 def cut_mission(mission: Mission, setup: ExperimentConfig) -> Mission:
-    """The first robots, for so long, with every so many-th beam, and ended where they overlap as wanted.
+    """Keep the first robots, the duration and the beams of a setup, and end robots where they reach its overlap.
 
-    What does not depend on time or on the others is as it would be if it had been simulated so. Where no ends reach
-    the overlap, the nearest are taken.
+    If no ends reach the overlap, the nearest are taken.
     """
     robots = mission.settings.robots[: setup.robots]
     kept = _with_robots(mission, mission.robots[: setup.robots], setup)

@@ -36,7 +36,7 @@ DODGE = 0.012
 
 @dataclass(frozen=True)
 class Point:
-    """A value with its interval, thin, and a second, wide one."""
+    """A value with a thin interval and a wide one."""
 
     value: float
     bar: Interval | None = None

@@ -1,1 +1,1 @@
-"""The study of Chen 2021 again: his cases, his two pipelines, and every method since."""
+"""Reproduction of Chen 2021: the cases, the two pipelines, and every later method."""

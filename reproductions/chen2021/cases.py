@@ -1,4 +1,4 @@
-"""The cases of chapters 3, 5 and 6."""
+"""Cases of chapters 3, 5 and 6 of the thesis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The study's counts and indices as plots."""
+"""Plots of the shares of right answers and of the acceptance indices."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 DPI = 110
 COLOURS = {PLAIN: ROBOTS[0], CORRECTED: ROBOTS[1], "sift": ROBOTS[5], "morphology": ROBOTS[4], "quilt": ROBOTS[2]}
-"""Of the methods that are plotted."""
+"""Colours of the plotted methods."""
 WRONG = "#c1121f"
 LEAST_INDEX = 0.84
-"""Of the plot of indices; what lies below is drawn on its edge."""
+"""Lower end of the plot of indices; lower ones are drawn on its edge."""
 
 
 def right_figure(counted: Sequence[CaseTally]) -> Figure:
-    """Share right by case, with Wilson's intervals, and the thesis's own."""
+    """Plot the share of right answers by case, with Wilson's intervals, and the thesis's own."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12.5, 4.8), dpi=DPI, layout="constrained")
@@ -73,7 +73,7 @@ def _draw_thesis(axes: Axes) -> None:
 
 
 def index_figure(study: Study) -> Figure:
-    """The acceptance index at each answer, before and after the correction, against that at the truth."""
+    """Plot the acceptance index at each answer, before and after the correction, and at the truth."""
     from matplotlib.figure import Figure
 
     cases = [case for case in CASES if not case.team]

@@ -1,4 +1,4 @@
-"""The files of a finished study."""
+"""Files of a finished reproduction."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class StudySpec:
 
 @dataclass(frozen=True)
 class Task:
-    """The maps of one place and seed, or where a method is named, its answers on them; ``maps`` is their file."""
+    """Maps of one place and seed, stored in the file ``maps``, or the answers of ``method`` on them."""
 
     place: Place
     seed: int
@@ -54,7 +54,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What came of a task: answers with their seconds, or the bytes of its maps."""
+    """Result of a task: answers with their seconds, or the bytes of its maps."""
 
     answers: tuple[tuple[CaseAnswer, float], ...] = ()
     maps: bytes | None = None
@@ -70,7 +70,7 @@ class Study:
 
 
 def run_task(task: Task) -> Done:
-    """A function of the task and its maps alone, but for the seconds."""
+    """Run a task; apart from the seconds, the result depends on the task and its maps alone."""
     if task.method is None:
         return Done(maps=maps_bytes(drawn_maps(task.place, task.seed)))
     maps = read_maps(task.maps)
@@ -116,7 +116,7 @@ LONGEST_METHODS = ("random_walk", "morphology", "genetic", "quilt", "icp", "sift
 
 
 def longest_first(tasks: Sequence[Task]) -> list[Task]:
-    """The order in which tasks are handed out; their results do not depend on it."""
+    """Order tasks by expected time, the longest first; results do not depend on the order."""
 
     def rank(task: Task) -> tuple[int, int]:
         method = "" if task.method is None else task.method

@@ -1,4 +1,4 @@
-"""The maps of one place and seed in one file, so that every method sees the same."""
+"""File with the maps of one place and seed, so that every method gets the same."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reproductions.chen2021.missions import DrawnMap
 
 
 def maps_bytes(maps: Mapping[str, DrawnMap]) -> bytes:
-    """The maps as an npz file: for each name its log-odds, and its resolution and two poses as seven numbers."""
+    """Write maps as an npz file: by name the log-odds, and resolution and two poses as seven numbers."""
     arrays = {}
     for name, drawn in maps.items():
         frame, start = drawn.grid.frame, drawn.world_from_map
@@ -29,7 +29,7 @@ def maps_bytes(maps: Mapping[str, DrawnMap]) -> bytes:
 
 
 def read_maps(path: Path) -> dict[str, DrawnMap]:
-    """The maps of the file, in their order. Raises ``OSError`` where it cannot be read."""
+    """Read the maps of a file, in their order. Raises ``OSError`` if it cannot be read."""
     with np.load(path, allow_pickle=False) as arrays:
         names = [key.removesuffix("/frame") for key in arrays.files if key.endswith("/frame")]
         return {name: _map(arrays[f"{name}/log_odds"], arrays[f"{name}/frame"].tolist()) for name in names}

@@ -1,4 +1,4 @@
-"""What the thesis's own research scripts measure on its author's own maps (Chen 2021; within 10 px, 5 degrees, 5 %)."""
+"""Results of the thesis's own scripts on its author's maps (Chen 2021; within 10 px, 5 degrees, 5 %)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Measured:
-    """Of one case: runs of the existing pipeline that were right, ``plain`` of ``plain_runs``, and its acceptance
-    index; the same of the corrected one, None where it was not run; and the index at the true transform."""
+    """Results of one case: right runs of the existing pipeline, ``plain`` of ``plain_runs``, and its acceptance index;
+    the same for the corrected pipeline, None where it was not run; and the index at the true transform."""
 
     plain: int
     plain_index: float

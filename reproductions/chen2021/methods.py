@@ -1,4 +1,4 @@
-"""What runs in the study, and on what terms."""
+"""Methods of the reproduction."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from merge.methods import PROPOSERS
 from merge.settings import MergeSettings
 
 AS_PUBLISHED = ("sift", "sift_orb", "morphology")
-"""The thesis's own pipelines also run by themselves, as published."""
+"""Pipelines of the thesis, which also run as published."""
 
 PLAIN, CORRECTED = "sift as published", "morphology as published"
 """The two pipelines that the thesis compares."""
@@ -17,7 +17,7 @@ SCALE = ScaleRange.free()
 
 
 def study_methods() -> tuple[MergeSettings, ...]:
-    """The thesis's pipelines as published, then every method through the common judge."""
+    """List the pipelines of the thesis as published, then every method with the common acceptance."""
     published = tuple(MergeSettings(name, SCALE, as_published=True) for name in AS_PUBLISHED)
     first = [name for name in AS_PUBLISHED if name in PROPOSERS]
     rest = [name for name in PROPOSERS if name not in first]
@@ -25,7 +25,7 @@ def study_methods() -> tuple[MergeSettings, ...]:
 
 
 def method_named(title: str) -> MergeSettings:
-    """The settings whose title this is. Raises ``ValueError`` naming all of them where there is none."""
+    """Find the settings with this title. Raises ``ValueError`` listing all titles if there is none."""
     for settings in study_methods():
         if settings.title == title:
             return settings

@@ -1,4 +1,4 @@
-"""How much the maps of a case truly have in common."""
+"""True overlap of the maps of a case."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reproductions.chen2021.map_store import read_maps
 
 
 def true_overlaps(out: Path, seeds: int) -> dict[str, float]:
-    """Median over the seeds, by case, of the commonly known area at the truth, as a share of the smaller map."""
+    """Take the median over seeds, by case, of the commonly known area at the truth, as a share of the smaller map."""
     found: dict[str, list[float]] = {}
     for place in PLACES:
         for seed in range(seeds):

@@ -1,4 +1,4 @@
-"""The maps of a seed, and for each case what the two pipelines make of them."""
+"""Pictures of the maps of a seed, and of the answers of the two pipelines to each case."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
         _titled(axes[0, column], name, f"{cols} x {rows} cells of {drawn.grid.frame.resolution:g} m")
         structure = found.correction.structure
         axes[1, column].imshow(visible(structure, max(structure.shape)), cmap="gray", interpolation="antialiased")
-        told = f"L = {found.correction.half}, {len(found.corners)} corners"
-        _titled(axes[1, column], "corrected", told)
+        text = f"L = {found.correction.half}, {len(found.corners)} corners"
+        _titled(axes[1, column], "corrected", text)
     figure.suptitle(f"The {place}: maps of one seed, and what the correction makes of them", fontsize=11, color=INK)
     return figure
 
@@ -120,8 +120,8 @@ def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) 
     points = corrected[0].correction.corners[best.target], corrected[1].correction.corners[best.source]
     draw_matches(axes, structures, points, near)
     before, after = (("-" if index is None else f"{index:.3f}") for index in (found[0].index_before, found[0].index))
-    told = f"{len(near)} agree, {int(near.sum())} of them near the truth; AI {before}, after ICP {after}"
-    _titled(axes, "after: corners of the corrected maps", told)
+    text = f"{len(near)} agree, {int(near.sum())} of them near the truth; AI {before}, after ICP {after}"
+    _titled(axes, "after: corners of the corrected maps", text)
 
 
 def _corners(

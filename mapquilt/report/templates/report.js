@@ -75,29 +75,29 @@
     if (image === null) { element.removeAttribute("src"); element.alt = ""; } else { element.src = images[image]; element.alt = alt; }
   };
   const show = (row) => {
-    const number = row.dataset.number, told = facts[number], pictures = shown[number];
+    const number = row.dataset.number, fact = facts[number], pictures = shown[number];
     current = row;
-    $("#pair-title").textContent = told.method ? `${told.title}, ${told.method}` : told.title;
+    $("#pair-title").textContent = fact.method ? `${fact.title}, ${fact.method}` : fact.title;
     const list = $(".facts", dialog);
-    list.replaceChildren(...told.facts.flatMap(([name, value]) => {
+    list.replaceChildren(...fact.facts.flatMap(([name, value]) => {
       const term = document.createElement("dt"), text = document.createElement("dd");
       term.textContent = name; text.textContent = value;
-      if (name === "outcome") text.className = told.outcome.replace(" ", "-");
+      if (name === "outcome") text.className = fact.outcome.replace(" ", "-");
       return [term, text];
     }));
     const both = pictures.answer !== null && pictures.truth !== null;
     const under = pictures.truth ?? pictures.answer;
     set(".under", under, pictures.truth !== null ? "The source's walls in orange over the target's in blue, where they truly lie" : "The source's walls in orange over the target's in blue, where the merge puts them");
     set(".over", both ? pictures.answer : null, "The source's walls in orange over the target's in blue, where the merge puts them");
-    set(".target", pictures.target, `Target map of ${told.title}`);
-    set(".source", pictures.source, `Source map of ${told.title}`);
+    set(".target", pictures.target, `Target map of ${fact.title}`);
+    set(".source", pictures.source, `Source map of ${fact.title}`);
     set(".alternative img", pictures.alternative, "The source over the target at the second-best placement");
     $(".alternative", dialog).hidden = pictures.alternative === null;
     for (const part of $$(".both", dialog)) part.hidden = !both;
     overlay.hidden = under === null;
     const alone = $("#alone", dialog);
     alone.hidden = both;
-    alone.textContent = told.negative ? "These maps have no common ground: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : told.outcome === "not merged" ? "Not merged yet; shown is the truth." : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
+    alone.textContent = fact.negative ? "These maps have no common ground: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : fact.outcome === "not merged" ? "Not merged yet; shown is the truth." : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
     slider.value = 50; cut();
     const list_of_rows = visible().filter((one) => one.dataset.number in shown), at = list_of_rows.indexOf(row);
     $("#previous").disabled = at <= 0; $("#next").disabled = at < 0 || at === list_of_rows.length - 1;
