@@ -57,7 +57,7 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
 class Journal(Generic[Task]):
     """Append one line of JSON per finished task, forced to the disk before the next one begins.
 
-    ``key`` names a task; its entry holds the name under ``"task"``.
+    ``key`` names a task; its entry holds the name under ``"task"``, in studies of version 1 under ``"mission"``.
     """
 
     def __init__(self, path: Path, key: Callable[[Task], str]) -> None:
@@ -74,7 +74,7 @@ class Journal(Generic[Task]):
             with self.path.open("r+b") as file:
                 file.truncate(len(whole))
         entries = [json_value(line, str(self.path)) for line in whole.splitlines()]
-        return {str(entry["task"]): entry for entry in entries}
+        return {str(entry["task"] if "task" in entry else entry["mission"]): entry for entry in entries}
 
     def run(
         self,

@@ -48,7 +48,15 @@ def test_levels_differ_by_the_noise_alone(tiny_study):
         assert exact.truth != noisy.truth
 
 
-def test_what_is_done_is_not_done_again(tiny_study, tmp_path, monkeypatch):
+def test_a_journal_of_version_1_is_read(tiny_study, tmp_path):
+    copy = Path(shutil.copytree(tiny_study, tmp_path / "copy"))
+    entries = [json.loads(line) for line in (copy / TRIALS_FILE).read_text().splitlines()]
+    old = [{"mission": int(entry.pop("task")), **entry} for entry in entries]
+    (copy / TRIALS_FILE).write_text("".join(json.dumps(entry) + "\n" for entry in old))
+    assert load_results(copy) == load_results(tiny_study)
+
+
+def test_finished_missions_do_not_run_again(tiny_study, tmp_path, monkeypatch):
     copy = Path(shutil.copytree(tiny_study, tmp_path / "copy"))
     journal = copy / TRIALS_FILE
     lines = journal.read_bytes().splitlines(keepends=True)
@@ -72,7 +80,7 @@ def test_a_cluster_finds_the_same(tiny_study, tmp_path):
     assert hashes(tmp_path / "there", but=TIMES) == hashes(tiny_study, but=TIMES)
 
 
-def test_a_mission_that_fails_is_told_and_the_others_go_on(tmp_path):
+def test_a_mission_that_fails_is_reported_and_the_others_run(tmp_path):
     blind = plan("lidar.dropout=0,1", missions=1, methods=("orb",))
     with thread() as runner:
         found = run_study(blind, tmp_path / "lost", None, runner).results
@@ -80,7 +88,7 @@ def test_a_mission_that_fails_is_told_and_the_others_go_on(tmp_path):
     assert {one.pair.level for one in found.pairs} == {("0",)}
 
 
-def test_a_damaged_cache_is_told(tmp_path):
+def test_a_damaged_cache_gives_a_warning(tmp_path):
     wanted = plan("noise=0,1", missions=1, methods=("orb",))
     run(wanted, tmp_path / "first", tmp_path / "missions")
     (entry,) = (path for path in (tmp_path / "missions").iterdir() if path.is_dir())
@@ -106,8 +114,8 @@ def test_the_command_prints_and_draws(tiny_study, tmp_path, capsys):
     given += ["--set", "starts=close", "--method", "quilt"]
     given += ["--method", "orb", "--world", "house", "--missions", 2, "--seed", 3, "--workers", 1, "--out", copy]
     assert command(*given) == 0
-    told = capsys.readouterr().out
-    assert "8 merges of 2 missions" in told and "quilt" in told
+    printed = capsys.readouterr().out
+    assert "8 merges of 2 missions" in printed and "quilt" in printed
     for name in ("success", "errors", "quality", "time"):
         assert (copy / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     assert command("study", "noise", "--vary", "nose=1,2", "--out", tmp_path / "never") == 2
