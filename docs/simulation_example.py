@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.palette import INK, robot_colour
 from mapquilt.viz.png import figure_png
@@ -24,7 +24,7 @@ def main(run: Path, picture: Path) -> None:
     left, right = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
     draw_paths(left, mission)
     draw_coverage(right, coverage(mission))
-    write_bytes_aside(picture, figure_png(figure))
+    write_bytes_atomically(picture, figure_png(figure))
 
 
 def draw_paths(axes: Axes, mission: Mission) -> None:

@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.robot_log_file import load_robot_log
 from mapping.map_set import MapSet
 from mapping.slam.front_end import odometry_front_end
@@ -33,7 +33,7 @@ def main(run: Path, picture: Path) -> None:
     for index, name in enumerate((TARGET, SOURCE)):
         sys.stdout.write(robot_text(run, mission, truth, index, name))
     sys.stdout.write(pair_text(maps, truth))
-    write_bytes_aside(picture, figure_png(draw(mission, maps, truth)))
+    write_bytes_atomically(picture, figure_png(draw(mission, maps, truth)))
 
 
 def robot_text(run: Path, mission: Mission, truth: RunTruth, index: int, name: str) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import jsonschema
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import read_json
 
 
@@ -23,7 +23,7 @@ def _validator(kind: str) -> jsonschema.Draft202012Validator:
 
 def write_record(path: Path, kind: str, record: dict[str, Any]) -> None:
     """Write ``record`` aside and rename it into place, once it has been checked against the schema of its kind."""
-    write_bytes_aside(path, record_bytes(path, kind, record))
+    write_bytes_atomically(path, record_bytes(path, kind, record))
 
 
 def record_bytes(path: Path, kind: str, record: dict[str, Any]) -> bytes:

@@ -157,8 +157,8 @@ def _draw_map(
 def _ends(ranges: NDArray[np.float64]) -> NDArray[np.float64]:
     angles = -math.pi + math.tau / len(ranges) * np.arange(len(ranges))
     hit = np.isfinite(ranges)
-    reach, ways = ranges[hit], angles[hit]
-    return np.stack((reach * np.cos(ways), reach * np.sin(ways)), axis=-1)
+    reach, directions = ranges[hit], angles[hit]
+    return np.stack((reach * np.cos(directions), reach * np.sin(directions)), axis=-1)
 
 
 def _stops(
@@ -179,9 +179,9 @@ def _scan(
     scene: BulletScene, place: NDArray[np.float64], settings: DrawnSettings, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     angles = -math.pi + math.tau / settings.beams * np.arange(settings.beams)
-    ways = np.stack((np.cos(angles), np.sin(angles), np.zeros(angles.size)), axis=-1)
+    directions = np.stack((np.cos(angles), np.sin(angles), np.zeros(angles.size)), axis=-1)
     origin = np.repeat([[place[0], place[1], RAY_HEIGHT]], angles.size, axis=0)
-    hits = scene.rays(origin[:MAX_RAYS], (origin + settings.range * ways)[:MAX_RAYS])
+    hits = scene.rays(origin[:MAX_RAYS], (origin + settings.range * directions)[:MAX_RAYS])
     shares = np.array([hit[2] if hit[0] >= 0 else 1.0 for hit in hits])
     noisy = settings.range * shares + settings.range_noise * rng.standard_normal(angles.size)
     return np.where(shares < 1.0, np.clip(noisy, 0.0, settings.range), np.inf)

@@ -98,10 +98,10 @@ def perturb_frame(grid: OccupancyGrid, start_from_map: Similarity2) -> Occupancy
         raise ValueError(
             f"frame perturbation: a map of {rows} x {cols} cells is too large to be read again, use coarser cells"
         )
-    disguised = OccupancyGrid(frame, resampled(grid, start_from_map.inverse(), frame))
-    if not disguised.known.any():
+    perturbed = OccupancyGrid(frame, resampled(grid, start_from_map.inverse(), frame))
+    if not perturbed.known.any():
         raise ValueError("frame perturbation: no known cell is left at this scale")
-    return disguised.cropped()
+    return perturbed.cropped()
 
 
 def _bounding_frame(old: GridFrame, start_from_map: Similarity2) -> GridFrame:

@@ -11,12 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
-def write_bytes_aside(path: Path, data: bytes) -> None:
-    """Write one file as ``write_files_aside`` writes several."""
-    write_files_aside({path: data})
+def write_bytes_atomically(path: Path, data: bytes) -> None:
+    """Write one file as ``write_files_atomically`` writes several."""
+    write_files_atomically({path: data})
 
 
-def write_files_aside(files: Mapping[Path, bytes]) -> None:
+def write_files_atomically(files: Mapping[Path, bytes]) -> None:
     """Write files so that no reader sees a part of one, or some without the others, even if the writer is killed.
 
     All are written to temporary names in the same folders, and renamed when the last is complete. The target of a link
@@ -26,16 +26,16 @@ def write_files_aside(files: Mapping[Path, bytes]) -> None:
     anything but a regular file. Nothing is written or left behind then.
     """
     finals = {_final(path): data for path, data in files.items()}
-    asides = {final: _sibling(final, "part") for final in finals}
+    temporaries = {final: _sibling(final, "part") for final in finals}
     try:
-        for final, aside in asides.items():
-            with naming(final), aside.open("xb") as file:
+        for final, temporary in temporaries.items():
+            with naming(final), temporary.open("xb") as file:
                 file.write(finals[final])
-        for final, aside in asides.items():
-            aside.replace(final)
+        for final, temporary in temporaries.items():
+            temporary.replace(final)
     except BaseException:
-        for aside in asides.values():
-            aside.unlink(missing_ok=True)
+        for temporary in temporaries.values():
+            temporary.unlink(missing_ok=True)
         raise
 
 
@@ -62,7 +62,7 @@ def _final(path: Path) -> Path:
 
 
 @contextmanager
-def folder_aside(final: Path) -> Iterator[Path]:
+def atomic_folder(final: Path) -> Iterator[Path]:
     """Make a temporary folder to fill, which is renamed to ``final`` at the end of the block.
 
     A folder of that name is replaced; the caller checks if it may be. If the block raises, ``final`` is unchanged and
@@ -77,27 +77,27 @@ def folder_aside(final: Path) -> Iterator[Path]:
     if final.exists() and not final.is_dir():
         raise NotADirectoryError(f"{final} is a file, not a folder")
     final.parent.mkdir(parents=True, exist_ok=True)
-    aside = _sibling(final, "part")
-    aside.mkdir()
+    temporary = _sibling(final, "part")
+    temporary.mkdir()
     try:
-        yield aside
-        _swap(aside, final)
+        yield temporary
+        _swap(temporary, final)
     except OSError as error:
-        if error.filename is not None and Path(str(error.filename)).is_relative_to(aside):
-            error.filename = str(final / Path(error.filename).relative_to(aside))
+        if error.filename is not None and Path(str(error.filename)).is_relative_to(temporary):
+            error.filename = str(final / Path(error.filename).relative_to(temporary))
         raise
     finally:
-        shutil.rmtree(aside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
-def _swap(aside: Path, final: Path) -> None:
+def _swap(temporary: Path, final: Path) -> None:
     if not final.exists():
-        aside.rename(final)
+        temporary.rename(final)
         return
     old = _sibling(final, "old")
     final.rename(old)
     try:
-        aside.rename(final)
+        temporary.rename(final)
     except BaseException:
         old.rename(final)
         raise

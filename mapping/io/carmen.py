@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from mapping.geometry.se2 import SE2
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
@@ -41,7 +41,7 @@ def save_carmen(path: Path, log: RobotLog, truth: Trajectory | None = None) -> N
         if truth is not None:
             lines.append(_truepos(truth.pose(index), odom_from_base, scan.stamp))
         lines.append(_robotlaser(scan, odom_from_base, odom_from_base @ log.base_from_lidar))
-    write_bytes_aside(path, (_HEADER + "\n".join([*lines, ""])).encode())
+    write_bytes_atomically(path, (_HEADER + "\n".join([*lines, ""])).encode())
 
 
 def _truepos(world_from_base: SE2, odom_from_base: SE2, stamp: float) -> str:

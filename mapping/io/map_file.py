@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, UNKNOWN, OccupancyGrid
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapping.io.map_yaml import MapYaml, Mode, image_path, map_yaml_text, read_map_yaml
 from mapping.io.occupancy_grey import UNKNOWN_GREY, cell_of_grey, log_odds_of_cell, picture_of_grid, thresholds
 from mapping.io.picture import Picture, picture_bytes, read_picture
@@ -80,7 +80,7 @@ def save_map(
     Raises ``ValueError`` if the picture cannot store the mode (scale mode marks unknown by transparency, which a PGM
     does not have), and ``OSError`` if the folder is missing or cannot be written.
     """
-    write_files_aside(map_files(grid, Path(stem), mode=mode, picture=picture))
+    write_files_atomically(map_files(grid, Path(stem), mode=mode, picture=picture))
 
 
 def map_files(

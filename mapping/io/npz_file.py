@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 
 _ZIP_MAGIC = b"PK\x03\x04"
 _READING_ERRORS = (
@@ -30,7 +30,7 @@ def save_npz(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
     """
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
-    write_bytes_aside(path, buffer.getvalue())
+    write_bytes_atomically(path, buffer.getvalue())
 
 
 def load_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.robot.trajectory import Trajectory
 
 
@@ -20,7 +20,7 @@ def save_tum(path: Path, trajectory: Trajectory) -> None:
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for stamp, (x, y, yaw) in zip(trajectory.stamps.tolist(), trajectory.poses.tolist(), strict=True):
         lines.append(f"{stamp} {x} {y} 0 0 0 {math.sin(yaw / 2.0)} {math.cos(yaw / 2.0)}")
-    write_bytes_aside(path, "\n".join([*lines, ""]).encode())
+    write_bytes_atomically(path, "\n".join([*lines, ""]).encode())
 
 
 def load_tum(path: Path) -> Trajectory:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mapping.io.atomic import folder_aside
+from mapping.io.atomic import atomic_folder
 from mapping.seeds import Role, stream
 from mapquilt.benchmark.files import RELIABILITY_PICTURE, calibration_record
 from mapquilt.benchmark.fitting import FITTED, decide_again, fit_acceptance
@@ -71,7 +71,7 @@ def calibrate(
     checked = calibration(decide_again(checked_pairs, fitted))
     if checked is None:
         raise ValueError(f"{check_dataset[0]}: has no pair with a reliable truth to check on")
-    with folder_aside(out) as folder:
+    with atomic_folder(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", acceptance_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))

@@ -7,7 +7,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import folder_aside
+from mapping.io.atomic import atomic_folder
 from mapping.io.safe_load import read_json
 from mapquilt.benchmark.results import BenchmarkResults
 from mapquilt.benchmark.table import markdown
@@ -38,7 +38,7 @@ def write_folder(
     ``settings`` are scale and seed, as summary.json names them. At most ``pictures`` pairs a method are drawn, errors
     first. Times are in timings.json and table.md alone.
     """
-    with folder_aside(out) as folder:
+    with atomic_folder(out) as folder:
         rows = (to_row(one, out.resolve().parent) for one in results.answers)
         (folder / PAIRS_FILE).write_text(csv_text(rows), encoding="utf-8")
         write_record(folder / SUMMARY_FILE, "summary", summary_record(results, settings))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.dataset.card import draw_figures
@@ -37,7 +37,7 @@ def init(
         raise ValueError(f"--from {ready}: must be one of {', '.join(READY)}")
     if out.exists():
         raise ValueError(f"{out}: exists already")
-    write_bytes_aside(out, ready_spec(ready).encode())
+    write_bytes_atomically(out, ready_spec(ready).encode())
     print_table(f"{out}: edit it, then mapquilt dataset make {out} --out DIR")
     return 0
 
@@ -102,7 +102,7 @@ def stats(
     out: Annotated[Path, typer.Option(help="Picture to write.")],
 ) -> int:
     """Draw histograms of what a data set holds."""
-    write_bytes_aside(out, figure_png(draw_figures(read_manifest(folder).samples)))
+    write_bytes_atomically(out, figure_png(draw_figures(read_manifest(folder).samples)))
     print_table(f"{out}: drawn")
     return 0
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.benchmark.files import SUMMARY_FILE
 from mapquilt.cli.tables import print_table
 from mapquilt.dataset.manifest import MANIFEST_FILE
@@ -35,7 +35,7 @@ def report(
 
     with count_progress("pictures") as on_progress:
         page = render_page(content, pictures, on_progress)
-    write_bytes_aside(path, page.encode())
+    write_bytes_atomically(path, page.encode())
     print_table(
         f"{path}: {len(content.answers)} answers of the {content.kind} {content.name}, {len(page) / 1e6:.1f} MB"
     )

@@ -10,7 +10,7 @@ import yaml
 from rich import box
 from rich.table import Table
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.seeds import Role, stream
 from mapquilt.cli.options.world import YAMLS, Height, PlanResolution, Width, WorldName, open_place
 from mapquilt.cli.tables import print_table
@@ -54,7 +54,7 @@ def show(
     place = _open(world, seed, width, height, plan_resolution)
     starts = random_starts(stream(seed, Role.STARTS), place, robots) if robots else ()
     path = Path(f"{place.name}-{seed}.png") if out is None else out
-    write_bytes_aside(path, world_picture(place, starts, seed))
+    write_bytes_atomically(path, world_picture(place, starts, seed))
     print_table(f"{path}: {place.name}, {place.size[0]:g} x {place.size[1]:g} m, {len(place.obstacles)} solids")
 
 
@@ -75,7 +75,7 @@ def make(
     check_record(out, "world", record)
     is_yaml = out.suffix.lower() in YAMLS
     text = yaml.safe_dump(record, sort_keys=False, default_flow_style=None) if is_yaml else to_text(record)
-    write_bytes_aside(out, text.encode())
+    write_bytes_atomically(out, text.encode())
     print_table(f"{out}: {place.name}, {place.size[0]:g} x {place.size[1]:g} m, {len(place.obstacles)} solids")
 
 
@@ -85,7 +85,7 @@ def sheet(
     seed: Seed = 7,
 ) -> None:
     """Draw one world of each family on one sheet."""
-    write_bytes_aside(out, sheet_picture(seed))
+    write_bytes_atomically(out, sheet_picture(seed))
     print_table(f"{out}: {len(FAMILIES)} worlds, seed {seed}")
 
 

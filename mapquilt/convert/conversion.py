@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from mapping.io.atomic import folder_aside
+from mapping.io.atomic import atomic_folder
 from mapping.io.carmen import save_carmen
 from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
@@ -83,7 +83,7 @@ def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
     _require_new_folder(out)
     robots = load_run_robots(run)
     write = {"tum": _write_tum, "carmen": _write_carmen, "rosbag": _write_bag}[to]
-    with folder_aside(out) as folder:
+    with atomic_folder(out) as folder:
         write(folder, robots)
     return Conversion(f"{out}: {to} of {len(robots)} logs, {sum(len(robot.log.scans) for robot in robots)} scans")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.map_file import load_map, save_map
 from mapping.io.map_yaml import Mode
 from mapping.io.occupancy_grey import picture_of_grid
@@ -55,4 +55,4 @@ def _save_bare(source: Path, grid: OccupancyGrid, out: Path, mode: Mode, kind: P
         raise ValueError(f"{source}: a bare picture has no resolution that a YAML could state; write a .pgm or .png")
     if mode != "trinary":
         raise ValueError(f"{source}: mode {mode} needs a YAML to say so, and a bare picture has none")
-    write_bytes_aside(out, picture_bytes(picture_of_grid(grid, mode), kind))
+    write_bytes_atomically(out, picture_bytes(picture_of_grid(grid, mode), kind))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.dataset.manifest import Manifest
 from mapquilt.dataset.spec import DatasetSpec
 from mapquilt.viz.palette import INK, ROBOTS
@@ -60,7 +60,7 @@ def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) 
     import jinja2
 
     samples = manifest.samples
-    write_bytes_aside(out / FIGURE_FILE, figure_png(draw_figures(samples)))
+    write_bytes_atomically(out / FIGURE_FILE, figure_png(draw_figures(samples)))
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True)
     text = environment.from_string(TEMPLATE).render(
         spec=spec,
@@ -72,7 +72,7 @@ def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) 
         failures=failures,
         tables=_tables(samples),
     )
-    write_bytes_aside(out / CARD_FILE, text.encode())
+    write_bytes_atomically(out / CARD_FILE, text.encode())
 
 
 def overlap_stratum(overlap: float) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.cli.options.world import open_place
 from mapquilt.dataset.manifest import MISSIONS_FOLDER
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
@@ -98,7 +98,7 @@ def _make_sample(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fill_run(folder, mission, settings, made, f"../../{MISSIONS_FOLDER}/{plan.name}")
-        write_bytes_aside(folder / PREVIEW_PICTURE, preview_png(made.maps))
+        write_bytes_atomically(folder / PREVIEW_PICTURE, preview_png(made.maps))
         files = _read_files(folder)
         truth = read_record(folder / run_folder.TRUTH_FILE, "truth")
     record = {

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import folder_aside, write_bytes_aside
+from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapquilt.dataset.card import write_card
 from mapquilt.dataset.group import Group, Made, make_group
 from mapquilt.dataset.manifest import (
@@ -106,10 +106,10 @@ def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> Ent
 
 
 def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
-    with folder_aside(folder) as aside:
+    with atomic_folder(folder) as aside:
         for path, data in files.items():
             (aside / path).parent.mkdir(parents=True, exist_ok=True)
-            write_bytes_aside(aside / path, data)
+            write_bytes_atomically(aside / path, data)
 
 
 def _finish(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import json_value
 
 MANIFEST_FILE = "manifest.jsonl"
@@ -38,7 +38,7 @@ def write_manifest(out: Path, manifest: Manifest) -> None:
 def write_lines(path: Path, records: Iterable[Record]) -> None:
     """One record a line, written aside and renamed."""
     lines = (json.dumps(record, allow_nan=False, ensure_ascii=False) for record in records)
-    write_bytes_aside(path, "".join(f"{line}\n" for line in lines).encode())
+    write_bytes_atomically(path, "".join(f"{line}\n" for line in lines).encode())
 
 
 def read_manifest(folder: Path) -> Manifest:

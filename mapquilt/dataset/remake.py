@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from pathlib import Path
 
-from mapping.io.atomic import folder_aside, write_bytes_aside
+from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapquilt.dataset.group import Made, make_group
 from mapquilt.dataset.make import SPEC_FILE
 from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, read_manifest
@@ -30,7 +30,7 @@ def remake_sample(folder: Path, name: str, out: Path) -> list[str]:
     (sample,) = group.samples.values()
     if sample.failure is not None:
         raise ValueError(f"{name}: cannot be made again: {sample.failure}")
-    with folder_aside(out) as aside:
+    with atomic_folder(out) as aside:
         _write(aside / MISSIONS_FOLDER / plan.name, group.mission)
         _write(aside / SAMPLES_FOLDER / name, sample)
     made = {path: hashlib.sha256(data).hexdigest() for path, data in sample.files.items()}
@@ -46,4 +46,4 @@ def _plan_of(folder: Path, name: str) -> MissionPlan:
 def _write(folder: Path, made: Made) -> None:
     for path, data in made.files.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        write_bytes_aside(folder / path, data)
+        write_bytes_atomically(folder / path, data)

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 
 from filelock import FileLock, Timeout
 
-from mapping.io.atomic import naming, write_bytes_aside
+from mapping.io.atomic import naming, write_bytes_atomically
 from mapping.io.safe_load import json_value
 from mapquilt.jobs.runner import Runner
 
@@ -44,7 +44,7 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
         if folder.exists() and any(child.name != LOCK_FILE for child in folder.iterdir()):
             raise ValueError(f"{folder}: is not empty and not a {kind}; refusing to write into it")
         folder.mkdir(parents=True, exist_ok=True)
-        write_bytes_aside(path, settings.encode())
+        write_bytes_atomically(path, settings.encode())
     try:
         with FileLock(folder / LOCK_FILE, timeout=0):
             for leftover in [*folder.glob(".*.part"), *folder.glob("*/.*.part"), *folder.glob("*/.*.old")]:

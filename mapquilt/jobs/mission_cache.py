@@ -15,7 +15,7 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from mapping.io.atomic import folder_aside, write_bytes_aside
+from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapping.io.safe_load import read_json
 from mapquilt.json_file import to_text
 from sim.mission.file import load_mission, save_mission
@@ -63,9 +63,9 @@ class MissionCache:
                 return CachedMission(load_mission(entry), found=True)
             _clear_leftovers(entry)
             mission, _ = simulate(world, settings, seed, clear_range=clear_range)
-            with folder_aside(entry) as aside:
+            with atomic_folder(entry) as aside:
                 save_mission(mission, aside)
-                write_bytes_aside(aside / HASHES_FILE, to_text({"key": key, "files": _hashes(aside)}).encode())
+                write_bytes_atomically(aside / HASHES_FILE, to_text({"key": key, "files": _hashes(aside)}).encode())
         return CachedMission(mission, found=False, warning=trouble and f"{entry}: {trouble}; simulated again")
 
 
@@ -107,7 +107,7 @@ def _claim(folder: Path) -> None:
     if not mark.exists():
         if foreign and not mark.exists():
             raise ValueError(f"{folder}: is not empty and no cache of missions; refusing to write into it")
-        write_bytes_aside(mark, to_text({"schema": SCHEMA}).encode())
+        write_bytes_atomically(mark, to_text({"schema": SCHEMA}).encode())
     elif read_json(mark) != {"schema": SCHEMA}:
         raise ValueError(f"{mark}: is not the mark of a {SCHEMA}")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from mapping.io.atomic import folder_aside
+from mapping.io.atomic import atomic_folder
 from mapquilt.json_file import write_record
 from mapquilt.merging.debug import RECORD_FILE
 from mapquilt.merging.morphology_steps import TeamSteps, steps_record
@@ -28,7 +28,7 @@ def write_debug(out: Path, team: TeamSteps, on_progress: Callable[[int, int], No
     and their numbers; whole or not at all. An older one is replaced."""
     refuse_foreign(out, RECORD_FILE)
     total = len(team.maps) + len(team.pairs)
-    with folder_aside(out) as folder:
+    with atomic_folder(out) as folder:
         for number, (name, each) in enumerate(zip(team.names, team.maps, strict=True)):
             place = folder / f"{number}-{Path(name).name}"
             place.mkdir()

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapping.io.map_file import map_files
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import record_bytes
@@ -68,7 +68,7 @@ def write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) ->
     """Write the files of a merge, all or none, and take away what an older one has left of groups and maps."""
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
-    write_files_aside(files)
+    write_files_atomically(files)
     for path in _left(folder, files, inputs.files):
         if path.is_dir():
             shutil.rmtree(path)

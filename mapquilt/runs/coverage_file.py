@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.json_file import read_record, write_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.palette import INK, robot_colour
@@ -35,7 +35,7 @@ def write_coverage(folder: Path, seen: Coverage) -> None:
         ],
     }
     write_record(folder / run_folder.COVERAGE_FILE, "coverage", record)
-    write_bytes_aside(folder / run_folder.COVERAGE_PICTURE, figure_png(_curves(seen)))
+    write_bytes_atomically(folder / run_folder.COVERAGE_PICTURE, figure_png(_curves(seen)))
 
 
 def coverage_line(folder: Path) -> str:

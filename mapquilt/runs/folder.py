@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.io.atomic import folder_aside, write_files_aside
+from mapping.io.atomic import atomic_folder, write_files_atomically
 from mapping.io.map_file import load_map
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.safe_path import safe_path
@@ -107,7 +107,7 @@ def new_run(folder: Path) -> Iterator[Path]:
     A run of mapquilt's of that name is replaced. Raises ``ValueError`` for any other folder that is not empty.
     """
     refuse_foreign(folder)
-    with folder_aside(folder) as aside:
+    with atomic_folder(folder) as aside:
         yield aside
 
 
@@ -202,7 +202,7 @@ def _map_file(folder: Path, name: str) -> Path:
 
 def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:
     """Note what a stage took, beside the stages before it."""
-    write_files_aside(timings_file(folder, read_timings(folder), stage, seconds))
+    write_files_atomically(timings_file(folder, read_timings(folder), stage, seconds))
 
 
 def timings_file(folder: Path, before: Timings, stage: str, seconds: Mapping[str, float]) -> dict[Path, bytes]:

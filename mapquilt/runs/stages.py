@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot.trajectory import Trajectory
@@ -129,7 +129,7 @@ def score_run(run: Path) -> RunScore:
     score_path = run / run_folder.SCORE_FILE
     files = {score_path: score_bytes(score_path, score), run / run_folder.OVERVIEW_PICTURE: figure_png(figure)}
     seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
-    write_files_aside(files | run_folder.timings_file(run, timings, "score", seconds))
+    write_files_atomically(files | run_folder.timings_file(run, timings, "score", seconds))
     return score
 
 

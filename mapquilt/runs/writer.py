@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapping.io.map_file import save_map
 from mapping.io.robot_log_file import save_robot_log
 from mapquilt.json_file import write_record
@@ -93,4 +93,4 @@ def _write_maps(folder: Path, sample: Sample) -> None:
 def _write_true_rasters(folder: Path, sample: Sample) -> None:
     folder.mkdir()
     for files in sample.places.raster_files.values():
-        write_files_aside({folder / name: data for name, data in files.items()})
+        write_files_atomically({folder / name: data for name, data in files.items()})

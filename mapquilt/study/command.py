@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
@@ -72,7 +72,7 @@ def study(
             typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
     figures = study_figures(found.results)
-    write_files_aside({out / f"{name}.png": figure_png(figure) for name, figure in figures.items()})
+    write_files_atomically({out / f"{name}.png": figure_png(figure) for name, figure in figures.items()})
     return _print(out, found)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import folder_aside, write_bytes_aside, write_files_aside
+from mapping.io.atomic import atomic_folder, write_bytes_atomically, write_files_atomically
 from mapping.io.safe_load import read_json
 from mapquilt.jobs.journal import Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
@@ -50,7 +50,7 @@ def run_study(
             runner, run_mission, tasks, keep, on_entries=lambda entries: on_progress(len(entries), len(tasks))
         )
         found = load_results(out)
-        write_files_aside(table_files(out, found))
+        write_files_atomically(table_files(out, found))
     return StudyRun(found, tuple(warnings))
 
 
@@ -69,11 +69,11 @@ def _kept(out: Path, task: MissionTask, result: MissionTrials | BaseException) -
         raise result  # the machine's fault, not the mission's: to be tried again
     if isinstance(result, BaseException):
         return MissionTrials(failures=[Failure(task.name, None, f"{type(result).__name__}: {result}")])
-    with folder_aside(out / MAPS_FOLDER / task.name) as aside:
+    with atomic_folder(out / MAPS_FOLDER / task.name) as aside:
         for path, data in result.files.items():
             file = aside / Path(path).relative_to(task.name)
             file.parent.mkdir(exist_ok=True)
-            write_bytes_aside(file, data)
+            write_bytes_atomically(file, data)
     return result
 
 

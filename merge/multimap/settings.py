@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class PairSelectionSettings:
-    """Which pairs of a large team are matched.
+    """Selection of the pairs of a large team that are matched.
 
     - ``rounds``: pairs are selected so often; maps that one round did not join are tried with others in the next;
     - ``partners``: each map is matched with this many others a round. Five keep a team connected although a third of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapquilt.viz.png import figure_png
 from reproductions.chen2021.cases import CASES, PLACES, Case
 from reproductions.chen2021.csv_tables import answers_csv, table_csv, timings_csv
@@ -32,7 +32,7 @@ def write_study(out: Path, study: Study, counted: Sequence[CaseTally], on_progre
         files[out / PICTURES_FOLDER / f"{name}.png"] = data
         on_progress(number, total)
     (out / PICTURES_FOLDER).mkdir(exist_ok=True)
-    write_files_aside(files)
+    write_files_atomically(files)
 
 
 def _pictures(out: Path, study: Study, counted: Sequence[CaseTally]) -> Iterator[tuple[str, bytes]]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from reproductions.chen2021.answers import CaseAnswer, answers_of
@@ -134,7 +134,7 @@ def _keep(task: Task, done: Done | BaseException) -> Entry:
     if isinstance(done, BaseException):
         raise done
     if done.maps is not None:
-        write_bytes_aside(task.maps, done.maps)
+        write_bytes_atomically(task.maps, done.maps)
         return {"file": task.maps.name, "sha256": hashlib.sha256(done.maps).hexdigest()}
     return {
         "answers": [answer.record() for answer, _ in done.answers],

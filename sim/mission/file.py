@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
-from mapping.io.atomic import write_bytes_aside
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.npz_file import load_npz, save_npz
 from mapping.io.safe_load import read_json
 from mapping.robot.robot_log import RobotTruth
@@ -130,7 +130,7 @@ def _check_arrays(arrays: dict[str, NDArray[Any]], lidar: Lidar, world: World) -
 
 
 def _write_json(path: Path, record: dict[str, Any]) -> None:
-    write_bytes_aside(path, (json.dumps(record, indent=1, sort_keys=True) + "\n").encode())
+    write_bytes_atomically(path, (json.dumps(record, indent=1, sort_keys=True) + "\n").encode())
 
 
 def _read_record(path: Path) -> dict[str, Any]:

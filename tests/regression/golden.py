@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 from mapping.io.safe_load import read_json
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, Outcome
 
@@ -83,7 +83,7 @@ def _outcome(name: str) -> str:
 def write_golden(folder: Path, golden: Mapping[str, Mapping[str, GoldenPair]]) -> None:
     """Write a file for each family, all or none, and delete those of families that are gone."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_files_aside({folder / f"{family}.json": _bytes(found) for family, found in golden.items()})
+    write_files_atomically({folder / f"{family}.json": _bytes(found) for family, found in golden.items()})
     for path in folder.glob("*.json"):
         if path.stem not in golden:
             path.unlink()

@@ -14,21 +14,21 @@ from pathlib import Path
 
 import pytest
 
-from mapping.io.atomic import folder_aside, write_bytes_aside, write_files_aside
+from mapping.io.atomic import atomic_folder, write_bytes_atomically, write_files_atomically
 
 ROOT = Path(__file__).parents[3]
 
 WRITE_BOTH = """
 import pathlib, signal, sys
-from mapping.io.atomic import write_files_aside
+from mapping.io.atomic import write_files_atomically
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 folder = pathlib.Path(sys.argv[1])
-write_files_aside({folder / "a": b"new", folder / "b": bytes(2000)})
+write_files_atomically({folder / "a": b"new", folder / "b": bytes(2000)})
 """
 
 
 class HalfwayError(RuntimeError):
-    """What stops a writer halfway."""
+    """An error that stops a writer halfway."""
 
 
 def names(folder: Path) -> set[str]:
@@ -37,15 +37,15 @@ def names(folder: Path) -> set[str]:
 
 def test_a_file_is_written_and_replaced(tmp_path: Path) -> None:
     for data in (b"first", b"second"):
-        write_bytes_aside(tmp_path / "file", data)
+        write_bytes_atomically(tmp_path / "file", data)
         assert (tmp_path / "file").read_bytes() == data
     assert names(tmp_path) == {"file"}
 
 
 def test_a_file_has_the_usual_rights(tmp_path: Path) -> None:
     (tmp_path / "usual").write_bytes(b"")
-    write_bytes_aside(tmp_path / "file", b"")
-    with folder_aside(tmp_path / "folder"):
+    write_bytes_atomically(tmp_path / "file", b"")
+    with atomic_folder(tmp_path / "folder"):
         pass
     (tmp_path / "usual folder").mkdir()
     rights = {name: stat.S_IMODE((tmp_path / name).stat().st_mode) for name in names(tmp_path)}
@@ -56,7 +56,7 @@ def test_a_file_has_the_usual_rights(tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_renamed_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "taken").mkdir()
     with pytest.raises(OSError, match="taken"):
-        write_bytes_aside(tmp_path / "taken", b"data")
+        write_bytes_atomically(tmp_path / "taken", b"data")
     assert names(tmp_path) == {"taken"}
 
 
@@ -65,7 +65,7 @@ def test_the_target_of_a_link_is_written(tmp_path: Path) -> None:
     (tmp_path / "disk/there").write_bytes(b"old")
     for name in ("there", "new"):
         (tmp_path / name).symlink_to(f"disk/{name}")
-        write_bytes_aside(tmp_path / name, b"data")
+        write_bytes_atomically(tmp_path / name, b"data")
         assert (tmp_path / name).is_symlink()
         assert (tmp_path / "disk" / name).read_bytes() == b"data"
     assert names(tmp_path / "disk") == {"there", "new"}
@@ -76,7 +76,7 @@ def test_only_regular_files_are_replaced(tmp_path: Path, make: Callable[[Path], 
     make(tmp_path / "special")
     before = (tmp_path / "special").lstat()
     with pytest.raises(FileExistsError, match="special: exists and is not a regular file"):
-        write_files_aside({tmp_path / "usual": b"data", tmp_path / "special": b"data"})
+        write_files_atomically({tmp_path / "usual": b"data", tmp_path / "special": b"data"})
     assert (tmp_path / "special").lstat() == before
     assert names(tmp_path) == {"special"}
 
@@ -84,13 +84,13 @@ def test_only_regular_files_are_replaced(tmp_path: Path, make: Callable[[Path], 
 def test_a_ring_of_links_is_refused(tmp_path: Path) -> None:
     (tmp_path / "ring").symlink_to("ring")
     with pytest.raises(OSError, match="ring"):
-        write_bytes_aside(tmp_path / "ring", b"data")
+        write_bytes_atomically(tmp_path / "ring", b"data")
     assert names(tmp_path) == {"ring"}
 
 
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"/no: no such folder$"):
-        write_bytes_aside(tmp_path / "no/file", b"data")
+        write_bytes_atomically(tmp_path / "no/file", b"data")
 
 
 def test_no_file_is_written_if_one_cannot_be(tmp_path: Path) -> None:
@@ -115,18 +115,18 @@ def full_disk(most_bytes: int = 1000) -> Iterator[None]:
 
 def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="too large") as caught, full_disk():
-        write_bytes_aside(tmp_path / "file", bytes(2000))
+        write_bytes_atomically(tmp_path / "file", bytes(2000))
     assert caught.value.filename == str(tmp_path / "file")
-    with pytest.raises(OSError, match="too large") as caught, full_disk(), folder_aside(tmp_path / "run") as aside:
+    with pytest.raises(OSError, match="too large") as caught, full_disk(), atomic_folder(tmp_path / "run") as aside:
         (aside / "robot").mkdir()
-        write_bytes_aside(aside / "robot/file", bytes(2000))
+        write_bytes_atomically(aside / "robot/file", bytes(2000))
     assert caught.value.filename == str(tmp_path / "run/robot/file")
     assert names(tmp_path) == set()
 
 
 def test_a_folder_appears_at_the_end_only(tmp_path: Path) -> None:
     final = tmp_path / "a" / "b" / "run"
-    with folder_aside(final) as aside:
+    with atomic_folder(final) as aside:
         (aside / "file").write_text("new")
         assert not final.exists()
         assert aside.parent == final.parent
@@ -138,7 +138,7 @@ def test_a_folder_is_replaced_whole(tmp_path: Path) -> None:
     final = tmp_path / "run"
     final.mkdir()
     (final / "old").write_text("old")
-    with folder_aside(final) as aside:
+    with atomic_folder(final) as aside:
         (aside / "new").write_text("new")
         assert names(final) == {"old"}
     assert names(final) == {"new"}
@@ -151,7 +151,7 @@ def test_a_block_that_fails_changes_nothing(tmp_path: Path, existed: bool) -> No
     if existed:
         final.mkdir()
         (final / "old").write_text("old")
-    with pytest.raises(HalfwayError), folder_aside(final) as aside:
+    with pytest.raises(HalfwayError), atomic_folder(final) as aside:
         (aside / "new").write_text("half")
         raise HalfwayError
     assert names(tmp_path) == ({"run"} if existed else set())
@@ -162,7 +162,7 @@ def test_a_block_that_fails_changes_nothing(tmp_path: Path, existed: bool) -> No
 def test_a_link_is_followed(tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
     (tmp_path / "run").symlink_to(tmp_path / "disk")
-    with folder_aside(tmp_path / "run") as aside:
+    with atomic_folder(tmp_path / "run") as aside:
         (aside / "new").write_text("new")
     assert (tmp_path / "run").is_symlink()
     assert names(tmp_path / "disk") == {"new"}
@@ -170,7 +170,7 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
 
 def test_a_file_is_never_replaced_by_a_folder(tmp_path: Path) -> None:
     (tmp_path / "run").write_text("a report")
-    with pytest.raises(NotADirectoryError, match="run is a file"), folder_aside(tmp_path / "run"):
+    with pytest.raises(NotADirectoryError, match="run is a file"), atomic_folder(tmp_path / "run"):
         pass
     assert (tmp_path / "run").read_text() == "a report"
 
@@ -180,8 +180,8 @@ def test_a_killed_writer_leaves_the_old_folder_and_can_be_started_again(tmp_path
     final.mkdir()
     (final / "old").write_text("old")
     writer = (
-        "import sys, pathlib, time; from mapping.io.atomic import folder_aside\n"
-        "with folder_aside(pathlib.Path(sys.argv[1])) as aside:\n"
+        "import sys, pathlib, time; from mapping.io.atomic import atomic_folder\n"
+        "with atomic_folder(pathlib.Path(sys.argv[1])) as aside:\n"
         "    (aside / 'half').write_text('half'); print('ready', flush=True); time.sleep(60)\n"
     )
     process = subprocess.Popen(
@@ -192,6 +192,6 @@ def test_a_killed_writer_leaves_the_old_folder_and_can_be_started_again(tmp_path
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert names(final) == {"old"}
-    with folder_aside(final) as aside:
+    with atomic_folder(final) as aside:
         (aside / "new").write_text("new")
     assert names(final) == {"new"}

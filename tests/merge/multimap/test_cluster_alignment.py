@@ -1,4 +1,4 @@
-"""The transforms that answers between two groups say, against a slow reading of every two of them."""
+"""Alignments of two clusters, compared with a slow test of every two edges."""
 
 from itertools import pairwise
 
@@ -24,7 +24,7 @@ def groups_of(poses, rng):
 
 
 def slow_support(chosen, other, first, second):
-    """Whether the other edge may be right where this one puts the second group."""
+    """Tell if the other edge may be right where this one puts the second cluster."""
     said = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
     predicted = first.poses[other.target].inverse() @ said @ second.poses[other.source]
     between = first.poses[other.target].inverse() @ first.poses[chosen.target]

@@ -1,4 +1,4 @@
-"""Groups of maps from answers, right and wrong, without a cell: what cycles alone tell."""
+"""Clusters of maps from right and wrong answers, without any cells: consistency of cycles alone."""
 
 import dataclasses
 import math
@@ -84,7 +84,7 @@ def test_one_wrong_answer_in_a_ring_of_right_ones_with_a_chord_is_found():
 
 
 def test_cells_decide_where_a_triangle_is_ambiguous():
-    """Of three answers one is wrong, and the surest: nothing but the cells can say which."""
+    """The most certain of three answers is wrong, which only the cells can tell."""
     poses, rng = world(3, 3)
     edges = [
         edge(poses, 0, 1, rng, weight=2.0),
@@ -195,7 +195,7 @@ def test_a_certain_wrong_answer_keeps_no_map_out():
     ]
 
     def cells(target, source, place):
-        """Those of the wrong place say nothing, as where maps hardly overlap."""
+        """Cells of the wrong pose say nothing, as if the maps hardly overlapped."""
         truth = poses[target].inverse() @ poses[source]
         if math.hypot(place.x - truth.x, place.y - truth.y) < 10.0:
             return 1.0

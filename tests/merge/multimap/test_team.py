@@ -1,4 +1,4 @@
-"""Teams matched for real: the order and the workers change nothing, and what is no team is left alone."""
+"""Teams merged in full: order and workers change nothing, wrong answers are refused, refused ones recovered."""
 
 from __future__ import annotations
 
