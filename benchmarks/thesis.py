@@ -17,8 +17,8 @@ from mapping.map_set import MapSet
 from mapquilt.jobs.timing import one_thread, warm_up
 from merge.literature.chen2021.correction import corrected
 from merge.merger import match_maps
-from merge.pair.feature_cache import MARGIN_CELLS
 from merge.preparation.map_image import trinary_picture
+from merge.preparation.settings import PreparationSettings
 from merge.settings import MergeSettings
 from reproductions.chen2021.cases import BASE
 from reproductions.chen2021.missions import drawn_maps
@@ -60,7 +60,7 @@ def _settings() -> tuple[tuple[str, MergeSettings], ...]:
 
 
 def _correct(grid: OccupancyGrid) -> None:
-    corrected(trinary_picture(grid.cropped(MARGIN_CELLS)))
+    corrected(trinary_picture(grid.cropped(PreparationSettings.border_cells)))
 
 
 def _size(grid: OccupancyGrid) -> str:

@@ -21,7 +21,7 @@ Progress = Callable[[int, int], None]
 
 def merge_maps(
     maps: MapSet,
-    settings: MergeSettings = MergeSettings(),  # noqa: B008
+    settings: MergeSettings = MergeSettings(),
     seed: int = 0,
     on_progress: Progress | None = None,
     runner: Runner | None = None,
@@ -48,20 +48,21 @@ def merge_maps(
 
 def match_maps(
     maps: MapSet,
-    settings: MergeSettings = MergeSettings(),  # noqa: B008
+    settings: MergeSettings = MergeSettings(),
     seed: int = 0,
     on_progress: Progress | None = None,
 ) -> tuple[PairResult, ...]:
     """Match every pair by itself: answers of other pairs change nothing, and no maps are fused."""
     scale = settings.scale if settings.scale is not None else maps.scale_range
     tasks = [PairTask.of(maps, a, b, scale, settings, seed) for a, b in combinations(range(len(maps)), 2)]
+    cache = FeatureCache(settings.preparation, kept=max(2, math.isqrt(2 * len(tasks)) + 2))
     done = iter(range(1, len(tasks) + 1))
 
     def step() -> None:
         if on_progress is not None:
             on_progress(next(done), len(tasks))
 
-    return tuple(run_tasks(match, tasks, FeatureCache(max(2, math.isqrt(2 * len(tasks)) + 2)), None, step))
+    return tuple(run_tasks(match, tasks, cache, None, step))
 
 
 def _check_names(maps: MapSet, settings: MergeSettings) -> None:

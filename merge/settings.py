@@ -1,26 +1,38 @@
-"""What the user may choose about a merge."""
+"""All settings of a merge, as one tree."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from mapping.geometry.scale_range import ScaleRange
+from merge.alignment.settings import AlignmentSettings
 from merge.fusion import FUSIONS, FusionName
-from merge.methods import PROPOSERS, PUBLISHED
+from merge.methods import Method, ProposerSettings, method_names, published_names, register, registered
 from merge.multimap.settings import MultimapSettings
-from merge.records.prior import Prior, expected_places
-from merge.verification.acceptance import AcceptanceSettings
+from merge.pair.settings import PairSettings
+from merge.preparation.settings import PreparationSettings
+from merge.records.prior import Prior, PriorSettings, expected_places
+from merge.verification.settings import AcceptanceSettings, UncertaintySettings
 
 
 @dataclass(frozen=True)
 class MergeSettings:
-    """``method`` names the proposer; ``scale`` bounds the answers, or is None to let the maps decide; ``as_published``
-    takes the method's own answer and its own rule of acceptance in place of the common judge; ``decision`` is how sure
-    that judge must be. ``reference`` names the map in whose frame its group is told, or is None for the largest;
-    ``fusion`` says how cells that several maps know are joined; ``priors`` where maps are roughly known to lie.
+    """Settings of a merge.
 
-    Raises ``ValueError`` naming an unknown method or fusion, a method that has no answer of its own, or a prior that
-    says nothing.
+    - ``method``: name of a method (``merge.methods``);
+    - ``scale``: bounds of the scale [stated metres per stated metre]; None lets the maps decide;
+    - ``as_published``: take the method's own answer and acceptance, not the common ones;
+    - ``acceptance``: how certain an answer must be;
+    - ``reference``: name of the map in whose frame its cluster is expressed; None takes the largest map;
+    - ``fusion``: how cells that several maps know are combined;
+    - ``priors``: start poses of maps, as far as they are known;
+    - the others: settings of the steps.
+
+    Raises ``ValueError`` for an unknown method or fusion, a method that has no answer of its own, or a prior that says
+    nothing.
     """
 
     method: str = "quilt"
@@ -30,19 +42,36 @@ class MergeSettings:
     reference: str | None = None
     fusion: FusionName = "log_odds"
     priors: tuple[Prior, ...] = ()
+    prior: PriorSettings = field(default_factory=PriorSettings)
+    preparation: PreparationSettings = field(default_factory=PreparationSettings)
+    proposers: ProposerSettings = field(default_factory=ProposerSettings)
+    alignment: AlignmentSettings = field(default_factory=AlignmentSettings)
+    uncertainty: UncertaintySettings = field(default_factory=UncertaintySettings)
+    pair: PairSettings = field(default_factory=PairSettings)
     multimap: MultimapSettings = field(default_factory=MultimapSettings)
 
     def __post_init__(self) -> None:
-        if self.method not in PROPOSERS:
-            raise ValueError(f"method is {self.method!r}, must be one of {', '.join(sorted(PROPOSERS))}")
-        if self.as_published and self.method not in PUBLISHED:
-            having = ", ".join(sorted(PUBLISHED))
+        if self.method not in method_names():
+            raise ValueError(f"method is {self.method!r}, must be one of {', '.join(sorted(method_names()))}")
+        if self.as_published and self.method not in published_names():
+            having = ", ".join(sorted(published_names()))
             raise ValueError(f"method {self.method!r} has no answer of its own as published, only {having} have")
         if self.fusion not in FUSIONS:
             raise ValueError(f"fusion is {self.fusion!r}, must be one of {', '.join(FUSIONS)}")
         expected_places(self.priors, self.reference)
 
+    def __reduce__(self) -> tuple[Callable[..., MergeSettings], tuple[Any, ...]]:
+        """Pickle the settings with the method that a user registered, so that worker processes know it."""
+        values = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+        return _unpickled, (registered(self.method), values)
+
     @property
     def title(self) -> str:
-        """What records and tables call the method."""
+        """Name of the method in records and tables."""
         return f"{self.method} as published" if self.as_published else self.method
+
+
+def _unpickled(method: Method | None, values: Mapping[str, Any]) -> MergeSettings:
+    if method is not None:
+        register(values["method"], method.proposers, method.published)  # type: ignore[arg-type]
+    return MergeSettings(**values)

@@ -82,8 +82,8 @@ class Similarity2:
         Its tangent vector is ``Similarity2(*centre).adjoint() @ self.log()``.
         """
         centre = np.asarray(centre, dtype=np.float64)
-        shift = np.array([self.x, self.y]) - Similarity2(yaw=self.yaw, scale=self.scale).apply(centre)
-        x, y = (centre + shift).tolist()
+        fixed = Similarity2(yaw=self.yaw, scale=self.scale).apply(centre)
+        x, y = (centre + np.array([self.x, self.y]) - fixed).tolist()
         return Similarity2(x, y, self.yaw, self.scale)
 
     def plus(self, change: ArrayLike) -> Similarity2:

@@ -26,7 +26,7 @@ from mapquilt.runs.folder import refuse_foreign
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.reliability import reliability_figure
 from merge.settings import MergeSettings
-from merge.verification.acceptance import AcceptanceSettings
+from merge.verification.settings import AcceptanceSettings
 
 SCHEMA = "mapquilt-calibration/2"
 CALIBRATION_FILE = "calibration.json"

@@ -21,7 +21,7 @@ from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.runs.folder import refuse_foreign
-from merge.methods import PROPOSERS, PUBLISHED
+from merge.methods import method_names, published_names
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")
 
@@ -35,13 +35,13 @@ def benchmark(
     split: Annotated[str | None, typer.Option(help="Split of the data sets to run on; default: all.")] = None,
     method: Annotated[
         list[str] | None,
-        typer.Option(help=f"{', '.join(PROPOSERS)}. Repeatable; default: {', '.join(DEFAULT_METHODS)}."),
+        typer.Option(help=f"{', '.join(method_names())}. Repeatable; default: {', '.join(DEFAULT_METHODS)}."),
     ] = None,
     as_published: Annotated[
         bool,
         typer.Option(
             "--as-published",
-            help=f"Also run methods with their own acceptance rule, beside the common one: {', '.join(PUBLISHED)}.",
+            help=f"Also run methods with their own acceptance rule: {', '.join(published_names())}.",
         ),
     ] = False,
     scale: Annotated[

@@ -12,7 +12,8 @@ from scipy.special import expit
 from mapquilt.benchmark.strata import OVERLAPS, overlap_class
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from merge.records.result import Evidence
-from merge.verification.acceptance import AcceptanceSettings, decide, features
+from merge.verification.acceptance import decide, features
+from merge.verification.settings import AcceptanceSettings
 
 RIDGE = 1e-8
 FITTED = ("margin_weight", "contradiction_weight", "threshold")
@@ -24,7 +25,7 @@ LEAST_OVERLAP = OVERLAPS[1][0]
 
 def fit_acceptance(
     pairs: Sequence[EvaluatedPair],
-    start: AcceptanceSettings = AcceptanceSettings(),  # noqa: B008
+    start: AcceptanceSettings = AcceptanceSettings(),
 ) -> AcceptanceSettings:
     """Fit ``margin_weight``, ``contradiction_weight`` and ``threshold`` of ``start`` by logistic regression, the first
     two not negative.

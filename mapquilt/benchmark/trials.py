@@ -13,7 +13,7 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair, evaluate_pair
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.jobs.timing import one_thread, warm_up
 from merge.merger import match_maps
-from merge.methods import PUBLISHED
+from merge.methods import published_names
 from merge.settings import MergeSettings
 
 
@@ -37,7 +37,7 @@ def chosen_methods(names: Sequence[str], scale: ScaleRange | None, as_published:
     chosen = []
     for name in names:
         chosen.append(MergeSettings(name, scale))
-        if as_published and name in PUBLISHED:
+        if as_published and name in published_names():
             chosen.append(MergeSettings(name, scale, as_published=True))
     return tuple(chosen)
 

@@ -30,17 +30,17 @@ from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, file_inputs
 from mapquilt.runs import folder as run_folder
 from merge.fusion import FUSIONS, FusionName
 from merge.merger import merge_maps
-from merge.methods import PROPOSERS, PUBLISHED
+from merge.methods import method_names, published_names
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
-from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings
+from merge.verification.settings import AcceptanceSettings
 
 
 def merge(
     maps: Annotated[
         list[Path], typer.Argument(metavar="RUN | MAP...", help="A run folder, or maps: map_server YAML, PGM or PNG.")
     ],
-    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(PROPOSERS)}.")] = "quilt",
+    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(method_names())}.")] = "quilt",
     scale: Annotated[
         str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
     ] = "auto",
@@ -48,11 +48,12 @@ def merge(
         bool,
         typer.Option(
             "--as-published",
-            help=f"Take the method's own answer and verdict, not the common judge's: {', '.join(PUBLISHED)}.",
+            help=f"Take the method's own answer and verdict, not the common judge's: {', '.join(published_names())}.",
         ),
     ] = False,
     min_confidence: Annotated[
-        float | None, typer.Option(help=f"Pairs that are less sure are refused. [default: {MIN_CONFIDENCE}]")
+        float | None,
+        typer.Option(help=f"Pairs that are less sure are refused. [default: {AcceptanceSettings.min_confidence}]"),
     ] = None,
     alternatives: Annotated[
         bool, typer.Option("--alternatives", help="List the best other places that were found for each pair, too.")

@@ -17,8 +17,8 @@ from mapping.map_set import MapSet
 from merge.literature.chen2021.corner_consensus import Agreement
 from merge.literature.chen2021.morphology import CorrectedMap, Morphology, one_a_quarter
 from merge.literature.chen2021.wall_icp import icp
-from merge.pair.feature_cache import MARGIN_CELLS
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.settings import PreparationSettings
 from merge.verification.cell_overlap import compare_cells
 
 
@@ -56,7 +56,7 @@ def corrected_maps(grids: Sequence[OccupancyGrid]) -> tuple[CorrectedMap, ...]:
 
 
 def _in_cells(grid: OccupancyGrid) -> OccupancyGrid:
-    cropped = grid.cropped(MARGIN_CELLS)
+    cropped = grid.cropped(PreparationSettings.border_cells)
     return OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds)
 
 

@@ -18,7 +18,7 @@ from mapquilt.study.plots import study_figures
 from mapquilt.study.table import level_table, verdict_table
 from mapquilt.study.variables import SWEEPS
 from mapquilt.viz.png import figure_png
-from merge.methods import PROPOSERS, PUBLISHED
+from merge.methods import method_names, published_names
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")
 
@@ -38,11 +38,11 @@ def study(
     ] = None,
     method: Annotated[
         list[str] | None,
-        typer.Option(help=f"{', '.join(PROPOSERS)}. Repeatable; default: {', '.join(DEFAULT_METHODS)}."),
+        typer.Option(help=f"{', '.join(method_names())}. Repeatable; default: {', '.join(DEFAULT_METHODS)}."),
     ] = None,
     as_published: Annotated[
         bool,
-        typer.Option("--as-published", help=f"Also run methods by their own verdict: {', '.join(PUBLISHED)}."),
+        typer.Option("--as-published", help=f"Also run methods by their own verdict: {', '.join(published_names())}."),
     ] = False,
     world: Annotated[
         list[str] | None, typer.Option(help="Family or file of the worlds. Repeatable; default: office.")
@@ -80,7 +80,7 @@ def _methods(names: list[str] | tuple[str, ...], as_published: bool) -> list[Met
     chosen = []
     for name in names:
         chosen.append(Method(name))
-        if as_published and name in PUBLISHED:
+        if as_published and name in published_names():
             chosen.append(Method(name, as_published=True))
     return chosen
 

@@ -9,7 +9,7 @@ from mapquilt.cli.options.merge import searched_scales
 from mapquilt.cli.options.sensing import chosen_lidar, disguise_ranges
 from mapquilt.runs.sample import SampleSettings
 from merge.settings import MergeSettings
-from merge.verification.acceptance import MIN_CONFIDENCE, AcceptanceSettings
+from merge.verification.settings import AcceptanceSettings
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings, PolicyName
 from sim.mission.starts import Starts
@@ -52,7 +52,7 @@ class ExperimentConfig:
     clear_range: float = 0.0
     parts: int = 1
     search: str = "auto"
-    min_confidence: float = MIN_CONFIDENCE
+    min_confidence: float = AcceptanceSettings.min_confidence
 
     def __post_init__(self) -> None:
         self.mission()

@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from merge.preparation.surface import Surface, facing, nearest_point
+from merge.preparation.surface import Surface, nearest_point, normal_cosine
 
 Equations = NDArray[np.float64]
-"""Hessian and gradient of x, y, yaw and log scale, (4, 5)."""
+"""Hessian (4, 4) and, as last column, gradient of x, y, yaw and log scale."""
 
 
 @njit(cache=True)
@@ -22,14 +22,14 @@ def add_equations(
     weight: float,
     answer: NDArray[np.float64],
     gate: float,
-    line_share: float,
+    line_weight: float,
     centre: NDArray[np.float64],
     equations: Equations,
 ) -> int:
     """Add the normal equations, about ``centre``, of the source's kept points and their nearest on the target.
 
-    ``answer`` (2, 3) is target from source; points further apart than ``gate`` (target cells) are not paired. Returns
-    the number of pairs.
+    ``answer`` (2, 3) is target from source. Points further apart than ``gate`` [target cells] are not paired.
+    ``line_weight`` is that of the distance along the normal. Return the number of pairs.
     """
     scale = math.hypot(answer[0, 0], answer[1, 0])
     c, s = answer[0, 0] / scale, answer[1, 0] / scale
@@ -43,9 +43,9 @@ def add_equations(
         if not distance < gate:
             continue
         nx, ny = target[1][index, 0], target[1][index, 1]
-        w = weight * _pair_weight(distance / gate, facing(ax, ay, nx, ny))
+        w = weight * _pair_weight(distance / gate, normal_cosine(ax, ay, nx, ny))
         error_x, error_y = target[0][index, 0] - x, target[0][index, 1] - y
-        pairs += _add(x - centre[0], y - centre[1], error_x, error_y, nx, ny, w, line_share, equations)
+        pairs += _add(x - centre[0], y - centre[1], error_x, error_y, nx, ny, w, line_weight, equations)
     return pairs
 
 
@@ -58,11 +58,11 @@ def add_equations_back(
     answer: NDArray[np.float64],
     inverse: NDArray[np.float64],
     gate: float,
-    line_share: float,
+    line_weight: float,
     centre: NDArray[np.float64],
     equations: Equations,
 ) -> int:
-    """The same for the target's kept points and their nearest on the source; ``gate`` in source cells."""
+    """Add those of the target's kept points and their nearest on the source; ``gate`` in source cells."""
     scale = math.hypot(answer[0, 0], answer[1, 0])
     c, s = answer[0, 0] / scale, answer[1, 0] / scale
     pairs = 0
@@ -75,17 +75,17 @@ def add_equations_back(
             continue
         ax, ay = source[1][index, 0], source[1][index, 1]
         nx, ny = c * ax - s * ay, s * ax + c * ay
-        w = weight * _pair_weight(distance / gate, facing(nx, ny, bx, by))
+        w = weight * _pair_weight(distance / gate, normal_cosine(nx, ny, bx, by))
         px, py = source[0][index, 0], source[0][index, 1]
         x = answer[0, 0] * px + answer[0, 1] * py + answer[0, 2]
         y = answer[1, 0] * px + answer[1, 1] * py + answer[1, 2]
-        pairs += _add(x - centre[0], y - centre[1], qx - x, qy - y, nx, ny, w, line_share, equations)
+        pairs += _add(x - centre[0], y - centre[1], qx - x, qy - y, nx, ny, w, line_weight, equations)
     return pairs
 
 
 @njit(cache=True)
 def _pair_weight(reach: float, cosine: float) -> float:
-    """Of two points ``reach`` gates apart: Tukey's biweight, by how alike they face; 0 where they face apart."""
+    """Weigh a pair of points ``reach`` gates apart: Tukey's biweight times the cosine of their normals, at least 0."""
     return float((1.0 - reach**2) ** 2 * max(cosine, 0.0))
 
 
@@ -98,16 +98,16 @@ def _add(
     nx: float,
     ny: float,
     weight: float,
-    line_share: float,
+    line_weight: float,
     equations: Equations,
 ) -> int:
-    """Add one pair; how many were added: none where the weight is 0."""
+    """Add one pair, unless its weight is 0; return the number of pairs added."""
     if weight <= 0.0:
         return 0
     # d moved / d (x, y, yaw, log scale): columns (1, 0), (0, 1), (-arm_y, arm_x), (arm_x, arm_y)
     dx, dy = (1.0, 0.0, -arm_y, arm_x), (0.0, 1.0, arm_x, arm_y)
     normal_error = nx * error_x + ny * error_y
-    on_line, in_plane = weight * line_share, weight * (1.0 - line_share)
+    on_line, in_plane = weight * line_weight, weight * (1.0 - line_weight)
     for i in range(4):
         line_i = nx * dx[i] + ny * dy[i]
         for j in range(4):

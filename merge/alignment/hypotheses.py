@@ -1,4 +1,4 @@
-"""Proposals become candidates: measured, thinned to a short list, refined, and told apart."""
+"""From the proposals of a method to a few refined hypotheses, ranked by their scores."""
 
 from __future__ import annotations
 
@@ -10,81 +10,43 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.coarse_to_fine import CoarseToFineSettings, pattern_search, refine
-from merge.alignment.deduplication import SAME_SHARE, apart, merged
+from merge.alignment.coarse_to_fine import pattern_search, refine
+from merge.alignment.deduplication import deduplicate, rms_displacement
 from merge.alignment.icp import icp_batch
 from merge.alignment.patchwise_alignment import align_patchwise
+from merge.alignment.settings import AlignmentSettings
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
 from merge.records.proposal import Proposal
-from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap, measure_wall_overlap_by_tolerance
-
-ROUGH_POINTS = 200
-ROUGH_GATE_SHARES = np.geomspace(0.08, 0.012, 8)
-"""How far apart walls may lie and still be one, as shares of the smaller map's diagonal: proposals lie that far off."""
-
-GLANCE_POINTS = 400
-CAREFUL_POINTS = 4000
-SHORT_LIST = 16
-SECOND_BEST = 8
-SECOND_BEST_FINALISTS = 3
-QUICK = CoarseToFineSettings(most_points=500, last_steps=3)
-DISTINCT_SHARE = 0.06
-"""Answers that put the source's surface further apart than this share of the smaller map's diagonal are rivals."""
-
-
-CRISP = 0.98
-"""Where this share of the judged walls agrees there is nothing to mend, and the closest fit is the best."""
-
-FAR_BELOW = 0.35
-"""A rival that agrees by so much less takes nothing from an answer, climb as it may."""
-
-BENT_SHARE = 0.004
-"""Where the mean over patches lies further than this share of the diagonal from the best match, the maps are bent."""
-
-WORSE = 0.05
-"""How much less walls may agree under that mean."""
-
-BORNE = 0.85
-"""A tolerance is borne where some candidate agrees by it with this share of what the best agrees by the loosest."""
+from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap_by_tolerance
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A refined proposal, cells to cells, and how the walls lie under it, by every tolerance, loosest first."""
+    """A refined proposal, cells to cells, and the overlap of the walls under it, by tolerance, loosest first."""
 
     target_from_source: Similarity2
-    laid: tuple[WallOverlap, ...]
+    overlaps: tuple[WallOverlap, ...]
     proposal: Proposal
 
     @property
-    def walls(self) -> WallOverlap:
-        """By the loosest tolerance."""
-        return self.laid[0]
+    def overlap(self) -> WallOverlap:
+        """Overlap by the loosest tolerance."""
+        return self.overlaps[0]
 
 
-def candidates(
-    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange
+def refine_proposals(
+    target: PreparedMap,
+    source: PreparedMap,
+    proposals: Sequence[Proposal],
+    scale: ScaleRange,
+    settings: AlignmentSettings = AlignmentSettings(),
 ) -> list[Hypothesis]:
-    """Distinct answers, refined quickly, the one whose walls agree best first.
+    """Refine the best proposals quickly, and return distinct hypotheses, the best first.
 
-    Proposals that say the same are counted and merged, moved to the walls nearby, and those that look best there
-    refined.
+    Proposals that are nearly the same become one. Each is moved to the walls nearby, because only there its score
+    tells how well it fits; then the best are refined.
     """
-    return _short_list(target, source, proposals, scale, SHORT_LIST)
-
-
-def finished(
-    target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis], scale: ScaleRange, best: float = 0.0
-) -> list[Hypothesis]:
-    """Those candidates refined with care, the one whose walls agree best first.
-
-    ``best`` is a score that was reached elsewhere: what lies far below it is not worth the last of the care.
-    """
-    polished: list[Hypothesis] = []
-    for candidate in found:
-        polished.append(_polished(target, source, candidate, scale, best - FAR_BELOW))
-        best = max(best, polished[-1].walls.score)
-    return distinct(target, source, polished)
+    return _refine_best(target, source, proposals, scale, settings.hypotheses.refined, settings)
 
 
 def refine_second_best(
@@ -93,107 +55,183 @@ def refine_second_best(
     answer: Hypothesis,
     proposals: Sequence[Proposal],
     scale: ScaleRange,
+    settings: AlignmentSettings = AlignmentSettings(),
 ) -> list[Hypothesis]:
-    """Refine the best of the proposals that are to compete with an answer, best first."""
-    short_list = _short_list(target, source, proposals, scale, SECOND_BEST)[:SECOND_BEST_FINALISTS]
-    return finished(target, source, short_list, scale, answer.walls.score)
+    """Refine the proposals that compete with an answer, the best of them with care, best first."""
+    most = settings.hypotheses
+    quick = _refine_best(target, source, proposals, scale, most.refined_second_best, settings)
+    return refine_with_care(target, source, quick[: most.second_best_finalists], scale, settings, answer.overlap.score)
 
 
-def _short_list(
-    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange, most: int
+def refine_with_care(
+    target: PreparedMap,
+    source: PreparedMap,
+    hypotheses: Sequence[Hypothesis],
+    scale: ScaleRange,
+    settings: AlignmentSettings = AlignmentSettings(),
+    best_score: float = 0.0,
 ) -> list[Hypothesis]:
-    rough = [_measured(target, source, p, GLANCE_POINTS) for p in _settled_roughly(target, source, proposals, scale)]
-    rough.sort(key=lambda candidate: -candidate.walls.score)
-    short_list = _one_a_place(target, source, rough, SAME_SHARE)[:most]
-    return distinct(target, source, [_refined(target, source, c, scale, QUICK) for c in short_list])
+    """Refine hypotheses with care, and return the distinct ones, best first.
+
+    ``best_score`` was reached elsewhere: hypotheses far below it skip the pattern search.
+    """
+    refined: list[Hypothesis] = []
+    for hypothesis in hypotheses:
+        least = best_score - settings.hypotheses.hopeless_gap
+        refined.append(_refine_with_care(target, source, hypothesis, scale, settings, least))
+        best_score = max(best_score, refined[-1].overlap.score)
+    return distinct(target, source, refined, settings)
 
 
-def _settled_roughly(
-    target: PreparedMap, source: PreparedMap, proposals: Sequence[Proposal], scale: ScaleRange
+def tightest_tolerance(hypotheses: Sequence[Hypothesis], settings: AlignmentSettings = AlignmentSettings()) -> int:
+    """Return the index of the tightest tolerance that the maps meet.
+
+    Distorted maps meet only the loosest. Crisp maps are compared as sharply as they are drawn, so that the right room
+    is told from one that only resembles it.
+    """
+    levels = range(len(settings.overlap.tolerance_shares))
+    best = [max((h.overlaps[level].score for h in hypotheses), default=0.0) for level in levels]
+    return max(level for level in levels if best[level] >= settings.hypotheses.min_tolerance_score * best[0])
+
+
+def ranked(hypotheses: Sequence[Hypothesis], settings: AlignmentSettings = AlignmentSettings()) -> list[Hypothesis]:
+    """Sort hypotheses by their scores, by the tightest tolerance that the maps meet."""
+    level = tightest_tolerance(hypotheses, settings)
+    return sorted(hypotheses, key=lambda hypothesis: -hypothesis.overlaps[level].score)
+
+
+def distinct(
+    target: PreparedMap,
+    source: PreparedMap,
+    hypotheses: Sequence[Hypothesis],
+    settings: AlignmentSettings = AlignmentSettings(),
+) -> list[Hypothesis]:
+    """Keep the best hypothesis of each place, best first; the others become its votes."""
+    return _deduplicate(target, source, ranked(hypotheses, settings), settings.hypotheses.distinct_share)
+
+
+def are_distinct(
+    target: PreparedMap,
+    source: PreparedMap,
+    one: Hypothesis,
+    other: Hypothesis,
+    settings: AlignmentSettings = AlignmentSettings(),
+) -> bool:
+    """Test if two hypotheses put the source at different places."""
+    shift = float(rms_displacement(source, [one.target_from_source, other.target_from_source])[0, 1])
+    diagonal = smaller_diagonal(target, source, one.target_from_source.scale)
+    return shift > settings.hypotheses.distinct_share * diagonal
+
+
+def compensate_distortion(
+    target: PreparedMap,
+    source: PreparedMap,
+    best: Hypothesis,
+    scale: ScaleRange,
+    level: int,
+    settings: AlignmentSettings = AlignmentSettings(),
+) -> Hypothesis:
+    """Replace the best match of one part by the mean over all patches, if the maps are distorted.
+
+    ``level`` is the index of the tolerance by which the scores are compared.
+    """
+    limits = settings.hypotheses
+    if _is_crisp(best.overlap, settings):
+        return best
+    answer = align_patchwise(target, source, best.target_from_source, scale, settings)
+    shift = float(rms_displacement(source, [best.target_from_source, answer])[0, 1])
+    overlaps = _measure(target, source, answer, limits.final_points, settings)
+    if (
+        shift < limits.min_patch_shift_share * smaller_diagonal(target, source, answer.scale)
+        or overlaps[level].score < best.overlaps[level].score - limits.max_patch_loss
+    ):
+        return best
+    return dataclasses.replace(best, target_from_source=answer, overlaps=overlaps)
+
+
+def _refine_best(
+    target: PreparedMap,
+    source: PreparedMap,
+    proposals: Sequence[Proposal],
+    scale: ScaleRange,
+    most: int,
+    settings: AlignmentSettings,
+) -> list[Hypothesis]:
+    limits = settings.hypotheses
+    rough = [
+        Hypothesis(
+            proposal.target_from_source,
+            _measure(target, source, proposal.target_from_source, limits.ranking_points, settings),
+            proposal,
+        )
+        for proposal in _move_to_walls(target, source, proposals, scale, settings)
+    ]
+    rough.sort(key=lambda hypothesis: -hypothesis.overlap.score)
+    best = _deduplicate(target, source, rough, limits.same_share)[:most]
+    return distinct(target, source, [_refine_quickly(target, source, h, scale, settings) for h in best], settings)
+
+
+def _move_to_walls(
+    target: PreparedMap,
+    source: PreparedMap,
+    proposals: Sequence[Proposal],
+    scale: ScaleRange,
+    settings: AlignmentSettings,
 ) -> list[Proposal]:
-    """Proposals that say the same merged, and each moved to the walls nearby: how well it fits there is seen only
-    then."""
-    different = merged(target, source, proposals)
-    starts = [p.target_from_source for p in different]
-    sizes = np.array([[smaller_diagonal(target, source, start.scale)] for start in starts])
-    ends = icp_batch(target, source, starts, sizes * ROUGH_GATE_SHARES, scale, ROUGH_POINTS) if starts else []
+    """Merge proposals that are nearly the same, and move each to the walls nearby by a few coarse steps of ICP."""
+    limits = settings.hypotheses
+    different = deduplicate(target, source, proposals, limits.same_share)
+    if not different:
+        return []
+    starts = [proposal.target_from_source for proposal in different]
+    diagonals = np.array([[smaller_diagonal(target, source, start.scale)] for start in starts])
+    gates = diagonals * np.geomspace(limits.first_gate_share, limits.last_gate_share, limits.gates)
+    ends = icp_batch(target, source, starts, gates, scale, limits.coarse_points, settings.icp)
     return [dataclasses.replace(p, target_from_source=end) for p, end in zip(different, ends, strict=True)]
 
 
-def sharpest(found: Sequence[Hypothesis]) -> int:
-    """The tightest tolerance that the maps bear, as an index into ``TOLERANCE_SHARES``.
-
-    Bent maps bear only the loosest. Crisp ones are judged as sharply as they are drawn, so that a wing which only
-    resembles the right one is told from it.
-    """
-    best = [max((c.laid[level].score for c in found), default=0.0) for level in range(len(TOLERANCE_SHARES))]
-    return max(level for level, score in enumerate(best) if score >= BORNE * best[0])
-
-
-def best_first(found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Candidates by agreement, at the tightest tolerance that the maps bear."""
-    level = sharpest(found)
-    return sorted(found, key=lambda candidate: -candidate.laid[level].score)
-
-
-def distinct(target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The best candidate of each place, best first; those that ended in the same place become its votes."""
-    return _one_a_place(target, source, best_first(found), DISTINCT_SHARE)
-
-
-def _one_a_place(
-    target: PreparedMap, source: PreparedMap, ranked: Sequence[Hypothesis], share: float
+def _deduplicate(
+    target: PreparedMap, source: PreparedMap, hypotheses: Sequence[Hypothesis], share: float
 ) -> list[Hypothesis]:
-    proposals = [dataclasses.replace(c.proposal, target_from_source=c.target_from_source) for c in ranked]
-    kept = merged(target, source, proposals, share)
-    by_place = {id(p.target_from_source): p for p in kept}
+    proposals = [dataclasses.replace(h.proposal, target_from_source=h.target_from_source) for h in hypotheses]
+    kept = {id(p.target_from_source): p for p in deduplicate(target, source, proposals, share)}
     return [
-        dataclasses.replace(c, proposal=by_place[id(c.target_from_source)])
-        for c in ranked
-        if id(c.target_from_source) in by_place
+        dataclasses.replace(h, proposal=kept[id(h.target_from_source)])
+        for h in hypotheses
+        if id(h.target_from_source) in kept
     ]
 
 
-def is_distinct(target: PreparedMap, source: PreparedMap, best: Hypothesis, other: Hypothesis) -> bool:
-    """Whether the two put the source elsewhere."""
-    between = float(apart(source, [best.target_from_source, other.target_from_source])[0, 1])
-    return between > DISTINCT_SHARE * smaller_diagonal(target, source, best.target_from_source.scale)
-
-
-def settled(target: PreparedMap, source: PreparedMap, best: Hypothesis, scale: ScaleRange, level: int) -> Hypothesis:
-    """The mean over all patches in place of the best match of one part, where the maps are bent."""
-    if best.walls.inlier_length > CRISP * best.walls.compared_length:
-        return best
-    answer = align_patchwise(target, source, best.target_from_source, scale)
-    moved = float(apart(source, [best.target_from_source, answer])[0, 1])
-    laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
-    if (
-        moved < BENT_SHARE * smaller_diagonal(target, source, answer.scale)
-        or laid[level].score < best.laid[level].score - WORSE
-    ):
-        return best
-    return dataclasses.replace(best, target_from_source=answer, laid=laid)
-
-
-def _measured(target: PreparedMap, source: PreparedMap, proposal: Proposal, most_points: int) -> Hypothesis:
-    laid = measure_wall_overlap_by_tolerance(target, source, proposal.target_from_source, most_points)
-    return Hypothesis(proposal.target_from_source, laid, proposal)
-
-
-def _refined(
-    target: PreparedMap, source: PreparedMap, candidate: Hypothesis, scale: ScaleRange, settings: CoarseToFineSettings
+def _refine_quickly(
+    target: PreparedMap, source: PreparedMap, hypothesis: Hypothesis, scale: ScaleRange, settings: AlignmentSettings
 ) -> Hypothesis:
-    answer = refine(target, source, candidate.target_from_source, scale, settings)
-    laid = measure_wall_overlap_by_tolerance(target, source, answer, settings.most_points)
-    return dataclasses.replace(candidate, target_from_source=answer, laid=laid)
+    answer = refine(target, source, hypothesis.target_from_source, scale, settings.quick, settings)
+    overlaps = _measure(target, source, answer, settings.quick.max_points, settings)
+    return dataclasses.replace(hypothesis, target_from_source=answer, overlaps=overlaps)
 
 
-def _polished(
-    target: PreparedMap, source: PreparedMap, candidate: Hypothesis, scale: ScaleRange, least: float
+def _refine_with_care(
+    target: PreparedMap,
+    source: PreparedMap,
+    hypothesis: Hypothesis,
+    scale: ScaleRange,
+    settings: AlignmentSettings,
+    least_score: float,
 ) -> Hypothesis:
-    answer = refine(target, source, candidate.target_from_source, scale)
-    laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
-    if laid[0].inlier_length <= CRISP * laid[0].compared_length and laid[0].score >= least:
-        answer = pattern_search(target, source, answer, scale)
-        laid = measure_wall_overlap_by_tolerance(target, source, answer, CAREFUL_POINTS)
-    return dataclasses.replace(candidate, target_from_source=answer, laid=laid)
+    points = settings.hypotheses.final_points
+    answer = refine(target, source, hypothesis.target_from_source, scale, settings.careful, settings)
+    overlaps = _measure(target, source, answer, points, settings)
+    if not _is_crisp(overlaps[0], settings) and overlaps[0].score >= least_score:
+        answer = pattern_search(target, source, answer, scale, settings.careful, settings)
+        overlaps = _measure(target, source, answer, points, settings)
+    return dataclasses.replace(hypothesis, target_from_source=answer, overlaps=overlaps)
+
+
+def _is_crisp(overlap: WallOverlap, settings: AlignmentSettings) -> bool:
+    return overlap.inlier_length > settings.hypotheses.crisp_ratio * overlap.compared_length
+
+
+def _measure(
+    target: PreparedMap, source: PreparedMap, answer: Similarity2, points: int, settings: AlignmentSettings
+) -> tuple[WallOverlap, ...]:
+    return measure_wall_overlap_by_tolerance(target, source, answer, points, settings.overlap)

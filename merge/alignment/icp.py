@@ -1,4 +1,4 @@
-"""Iterative closest points, compiled: many rough starts, or one with care."""
+"""Iterative closest points, compiled, from many starts at once."""
 
 from __future__ import annotations
 
@@ -12,21 +12,16 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import add_equations, add_equations_back
+from merge.alignment.settings import IcpSettings
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import Surface
 from merge.verification.wall_overlap import thinned
 
-LINE_SHARE = 0.8
-"""Weight of the distance along the normal; the rest is that of the plain distance, which holds ends and corners."""
-
-DAMPING = 1e-12
-"""Of the equations' trace, so that they can be solved whatever the walls."""
-
-MOST_GROWTH = 0.1
-"""Log scale of one step, at most."""
-
 Thinned = tuple[NDArray[np.intp], float]
-"""Indices of points, and how many each stands for."""
+"""Indices of points, and the number of points that each represents."""
+
+Constants = tuple[float, float, float]
+"""The fields of ``IcpSettings``, in order."""
 
 
 def icp_batch(
@@ -35,25 +30,27 @@ def icp_batch(
     starts: Sequence[Similarity2],
     gates: NDArray[np.float64],
     scale: ScaleRange,
-    most_points: int,
+    max_points: int,
+    settings: IcpSettings = IcpSettings(),
 ) -> list[Similarity2]:
-    """Each start (target from source, cells) moved by one Gauss-Newton step a gate.
+    """Move each start (target from source, cells) by one Gauss-Newton step for each of its gates.
 
-    Source: iterative closest points (Besl and McKay 1992), point to line (Chen and Medioni 1992), both ways, on so many
-    points of either surface. ``gates`` (N, K) [target cells], a row for each start, say how far apart two points may
-    lie and still be paired. A start that pairs too little stays where it got to.
+    Source: iterative closest points (Besl and McKay 1992), point to line (Chen and Medioni 1992), from both maps to the
+    other, on at most ``max_points`` wall points of either. ``gates`` (N, K) [target cells] has a row for each start:
+    points further apart than the gate are not paired. A start that pairs too few points stays where it is.
     """
     if not starts or not len(source.points) or not len(target.points):
         return list(starts)
     matrices = np.array([start.matrix() for start in starts])
-    there, here = thinned(len(target.points), most_points), thinned(len(source.points), most_points)
+    there, here = thinned(len(target.points), max_points), thinned(len(source.points), max_points)
     bounds = np.array([scale.low, scale.high])
-    _descend_all(target.surface, source.surface, there, here, matrices, gates, bounds, source.middle)
+    constants = (settings.line_weight, settings.damping, settings.max_log_scale_step)
+    _move_all(target.surface, source.surface, there, here, matrices, gates, bounds, source.middle, constants)
     return [Similarity2.from_matrix(matrix) for matrix in matrices]
 
 
 @njit(cache=True)
-def _descend_all(
+def _move_all(
     target: Surface,
     source: Surface,
     there: Thinned,
@@ -62,11 +59,12 @@ def _descend_all(
     gates: NDArray[np.float64],
     bounds: NDArray[np.float64],
     middle: NDArray[np.float64],
+    constants: Constants,
 ) -> None:
     """Move the matrices (N, 2, 3) in place."""
     for k in range(len(matrices)):
         for gate in gates[k]:
-            if not _step(target, source, there, here, matrices[k], gate, bounds, middle):
+            if not _step(target, source, there, here, matrices[k], gate, bounds, middle, constants):
                 break
 
 
@@ -80,24 +78,26 @@ def _step(
     gate: float,
     bounds: NDArray[np.float64],
     middle: NDArray[np.float64],
+    constants: Constants,
 ) -> bool:
-    """Move one matrix (2, 3) in place by a step; whether it could be."""
+    """Move one matrix (2, 3) in place by a step; return False if too few points are paired."""
+    line_weight, damping_share, max_log_scale_step = constants
     scale = math.hypot(matrix[0, 0], matrix[1, 0])
     centre = matrix[:, 0] * middle[0] + matrix[:, 1] * middle[1] + matrix[:, 2]
     equations = np.zeros((4, 5))
-    pairs = add_equations(target, source, here[0], here[1] * scale, matrix, gate, LINE_SHARE, centre, equations)
+    pairs = add_equations(target, source, here[0], here[1] * scale, matrix, gate, line_weight, centre, equations)
     pairs += add_equations_back(
-        target, source, there[0], there[1], matrix, _inverse(matrix), gate / scale, LINE_SHARE, centre, equations
+        target, source, there[0], there[1], matrix, _inverse(matrix), gate / scale, line_weight, centre, equations
     )
     unknowns = 3 if bounds[0] == bounds[1] else 4
     if pairs < unknowns:
         return False
     hessian, gradient = equations[:unknowns, :unknowns].copy(), equations[:unknowns, 4].copy()
-    damping = DAMPING * np.trace(hessian)
+    damping = damping_share * np.trace(hessian)
     for k in range(unknowns):
         hessian[k, k] += damping
     step = np.linalg.solve(hessian, gradient).astype(np.float64)
-    growth = math.exp(min(max(step[3], -MOST_GROWTH), MOST_GROWTH)) if unknowns == 4 else 1.0
+    growth = math.exp(min(max(step[3], -max_log_scale_step), max_log_scale_step)) if unknowns == 4 else 1.0
     growth = min(max(scale * growth, bounds[0]), bounds[1]) / scale
     if not np.isfinite(step).all():
         return False
@@ -107,7 +107,7 @@ def _step(
 
 @njit(cache=True)
 def _move(matrix: NDArray[np.float64], centre: NDArray[np.float64], step: NDArray[np.float64], growth: float) -> None:
-    """Shift by the first two of ``step``, turn by the third and grow, about the centre, in place."""
+    """Shift by the first two of ``step``, rotate by the third and scale, about the centre, in place."""
     c, s = growth * math.cos(step[2]), growth * math.sin(step[2])
     matrix[:, 2] -= centre
     for column in range(3):
@@ -118,7 +118,7 @@ def _move(matrix: NDArray[np.float64], centre: NDArray[np.float64], step: NDArra
 
 @njit(cache=True)
 def _inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of a similarity (2, 3)."""
+    """Invert a similarity (2, 3)."""
     inverse = np.empty((2, 3))
     square = matrix[0, 0] ** 2 + matrix[1, 0] ** 2
     inverse[0, 0], inverse[0, 1] = matrix[0, 0] / square, matrix[1, 0] / square

@@ -136,7 +136,7 @@ class ConsistencyModel:
 
     likelihood: PairLikelihood
     fixed_scale: bool
-    settings: MultimapSettings = MultimapSettings()  # noqa: RUF009
+    settings: MultimapSettings = MultimapSettings()
 
     @cached_property
     def gate(self) -> float:
@@ -163,7 +163,7 @@ def edge_from_answer(
     answer: PairResult,
     indices: Pair,
     frames: Sequence[LocalFrame],
-    settings: EdgeSettings = EdgeSettings(),  # noqa: B008
+    settings: EdgeSettings = EdgeSettings(),
 ) -> Edge:
     """Turn the answer of a pair into an edge between its ``indices``, target first.
 

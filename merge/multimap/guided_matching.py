@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
-from merge.pair.matching import PairTask, process_feature_cache, told
-from merge.pair.pipeline import answer_near
+from merge.pair.matching import PairTask, to_result
+from merge.pair.pipeline import merge_pair_near
 from merge.records.prior import Expected
 from merge.records.result import PairResult
 
@@ -24,12 +24,12 @@ class GuidedTask:
 def match_near(task: GuidedTask, cache: FeatureCache | None = None) -> PairResult:
     """Match a pair near its guess; other poses with a similar score do not make it ambiguous."""
     pair = task.pair
-    features = pair.sheets(cache or process_feature_cache(), pair.methods)
-    metres = [metres_from_prepared(grid.frame, each.chart) for grid, each in zip(pair.grids, features, strict=True)]
+    features = pair.features(cache)
+    metres = [metres_from_prepared(grid.frame, each.prepared) for grid, each in zip(pair.grids, features, strict=True)]
     scale = pair.in_cells(pair.scale, features)
     if isinstance(task.guess, Expected):
-        guesses = task.guess.starts(features[0].chart.diagonal, *metres)
+        guesses = task.guess.starts(features[0].prepared.diagonal, *metres)
     else:
         guesses = [metres[0].inverse() @ task.guess @ metres[1]]
     guesses = [dataclasses.replace(guess, scale=scale.clip(guess.scale)) for guess in guesses]
-    return told(pair, answer_near(*features, guesses, scale, pair.settings.acceptance), features)
+    return to_result(pair, merge_pair_near(*features, guesses, scale, pair.settings), features)

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import add_equations, add_equations_back
-from merge.alignment.icp import LINE_SHARE
+from merge.alignment.settings import AlignmentSettings
 from merge.multimap.graph import Cluster, Edge, Pair
 from merge.multimap.overlap_likelihood import prepared_from_local
 from merge.multimap.pose_graph import optimise_poses
 from merge.multimap.settings import JointIcpSettings
 from merge.preparation.prepared_map import PreparedMap
-from merge.verification.wall_overlap import TOLERANCE_CELLS, measure_wall_overlap, thinned
+from merge.verification.wall_overlap import measure_wall_overlap, thinned
 
 Prepared = Callable[[int], PreparedMap]
 """From the index of a map to the prepared map."""
@@ -26,7 +26,8 @@ def joint_icp(
     prepared: Prepared,
     tolerances: Mapping[Pair, float],
     fixed_scale: bool,
-    settings: JointIcpSettings = JointIcpSettings(),  # noqa: B008
+    settings: JointIcpSettings = JointIcpSettings(),
+    alignment: AlignmentSettings = AlignmentSettings(),
 ) -> Cluster:
     """Refine the poses and scales of a cluster together on the cells.
 
@@ -42,24 +43,26 @@ def joint_icp(
     for step in range(settings.rounds):
         progress = step / (settings.rounds - 1)
         fits = [
-            _fit_edge(poses, e, prepared, tolerances.get(e.pair), progress, fixed_scale, settings)
+            _fit_edge(poses, e, prepared, tolerances.get(e.pair), progress, fixed_scale, settings, alignment)
             for e in cluster.edges
         ]
         edges = [edge for edge in fits if edge is not None]
         if len(edges) == len(cluster.edges):
             poses = optimise_poses(poses, edges, cluster.root, fixed_scale)
     refined = Cluster(poses, cluster.edges)
-    before, after = (mean_score(each, prepared, settings.points) for each in (cluster, refined))
+    before, after = (mean_score(each, prepared, settings.points, alignment) for each in (cluster, refined))
     return refined if after >= before - settings.max_score_loss else cluster
 
 
-def mean_score(cluster: Cluster, prepared: Prepared, points: int) -> float:
+def mean_score(
+    cluster: Cluster, prepared: Prepared, points: int, alignment: AlignmentSettings = AlignmentSettings()
+) -> float:
     """Average the wall overlap score over the edges of a cluster."""
     scores = []
     for edge in cluster.edges:
         maps = prepared(edge.target), prepared(edge.source)
         pose = prepared_from_local(*maps, cluster.target_from_source(edge.target, edge.source))
-        scores.append(measure_wall_overlap(*maps, pose, points).score)
+        scores.append(measure_wall_overlap(*maps, pose, points, alignment.overlap).score)
     return float(np.mean(scores))
 
 
@@ -71,14 +74,16 @@ def _fit_edge(
     progress: float,
     fixed_scale: bool,
     settings: JointIcpSettings,
+    alignment: AlignmentSettings,
 ) -> Edge | None:
     """Take one Gauss-Newton step of a pair by itself, as an edge; None if no walls are near one another."""
     target, source = prepared(edge.target), prepared(edge.source)
     now = poses[edge.target].inverse() @ poses[edge.source]
-    last = settings.gate_tolerances * max(1.0, now.scale) * (tolerance or TOLERANCE_CELLS)
+    last = settings.gate_tolerances * max(1.0, now.scale) * (tolerance or alignment.overlap.min_tolerance_cells)
     first = max(last, settings.first_gate_share * min(target.diagonal, now.scale * source.diagonal))
     gate = float(first * (last / first) ** progress)
-    equations = _normal_equations(target, source, prepared_from_local(target, source, now), gate, settings.points)
+    pose, line_weight = prepared_from_local(target, source, now), alignment.icp.line_weight
+    equations = _normal_equations(target, source, pose, gate, settings.points, line_weight)
     hessian, gradient = equations[:, :4], equations[:, 4]
     if not hessian[0, 0] > 0.0:
         return None
@@ -92,7 +97,7 @@ def _fit_edge(
 
 
 def _normal_equations(
-    target: PreparedMap, source: PreparedMap, pose: Similarity2, gate: float, points: int
+    target: PreparedMap, source: PreparedMap, pose: Similarity2, gate: float, points: int, line_weight: float
 ) -> NDArray[np.float64]:
     """Sum the normal equations (4, 5), about the source's middle, of the points of both maps."""
     on_source, weight = thinned(len(source.points), points)
@@ -100,8 +105,8 @@ def _normal_equations(
     equations = np.zeros((4, 5))
     matrix, centre = pose.matrix(), pose.apply(source.middle)
     surfaces = target.surface, source.surface
-    add_equations(*surfaces, on_source, weight * pose.scale, matrix, gate, LINE_SHARE, centre, equations)
+    add_equations(*surfaces, on_source, weight * pose.scale, matrix, gate, line_weight, centre, equations)
     inverse = pose.inverse().matrix()
     gate = gate / pose.scale
-    add_equations_back(*surfaces, on_target, back_weight, matrix, inverse, gate, LINE_SHARE, centre, equations)
+    add_equations_back(*surfaces, on_target, back_weight, matrix, inverse, gate, line_weight, centre, equations)
     return equations

@@ -9,8 +9,8 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.alignment.coarse_to_fine import refine
-from merge.alignment.deduplication import apart
-from merge.alignment.hypotheses import QUICK
+from merge.alignment.deduplication import rms_displacement
+from merge.alignment.settings import AlignmentSettings
 from merge.multimap.graph import LocalFrame
 from merge.multimap.settings import OverlapLikelihoodSettings
 from merge.pair.feature_cache import FeatureCache
@@ -29,8 +29,10 @@ class OverlapLikelihood:
         maps: MapSet,
         frames: Sequence[LocalFrame],
         cache: FeatureCache,
-        settings: OverlapLikelihoodSettings = OverlapLikelihoodSettings(),  # noqa: B008
+        settings: OverlapLikelihoodSettings = OverlapLikelihoodSettings(),
+        alignment: AlignmentSettings = AlignmentSettings(),
     ) -> None:
+        self._alignment = alignment
         self._maps, self._frames, self._cache, self._settings = maps, frames, cache, settings
         self._known: dict[tuple[int, int, Similarity2], float] = {}
         self._prepared: dict[int, PreparedMap] = {}
@@ -46,7 +48,7 @@ class OverlapLikelihood:
     def prepared(self, index: int) -> PreparedMap:
         """Return the prepared map of an index."""
         if index not in self._prepared:
-            self._prepared[index] = self._cache.chart(self._maps.grids[index])
+            self._prepared[index] = self._cache.prepared(self._maps.grids[index])
         return self._prepared[index]
 
     def _rounded(self, source: int, pose: Similarity2) -> Similarity2:
@@ -60,7 +62,7 @@ class OverlapLikelihood:
         limits = self._settings
         maps = self.prepared(target), self.prepared(source)
         pose = prepared_from_local(*maps, target_from_source)
-        walls = measure_wall_overlap(*maps, pose, limits.points)
+        walls = measure_wall_overlap(*maps, pose, limits.points, self._alignment.overlap)
         promising = limits.hopeless_fraction < _inlier_fraction(walls) < limits.neutral_fraction + limits.saturation
         if promising and walls.compared_length >= limits.min_compared_cells:
             walls = self._refined(*maps, pose, walls)
@@ -79,11 +81,12 @@ class OverlapLikelihood:
 
     def _refined(self, target: PreparedMap, source: PreparedMap, pose: Similarity2, walls: WallOverlap) -> WallOverlap:
         """Measure the overlap after a quick refinement, if that stays near and fits better."""
-        answer = refine(target, source, pose, ScaleRange(pose.scale, pose.scale), QUICK)
-        shift = float(apart(source, [pose, answer])[0, 1])
+        scale, alignment = ScaleRange(pose.scale, pose.scale), self._alignment
+        answer = refine(target, source, pose, scale, alignment.quick, alignment)
+        shift = float(rms_displacement(source, [pose, answer])[0, 1])
         if shift > self._settings.max_shift_share * smaller_diagonal(target, source, pose.scale):
             return walls
-        better = measure_wall_overlap(target, source, answer, self._settings.points)
+        better = measure_wall_overlap(target, source, answer, self._settings.points, alignment.overlap)
         return better if _inlier_fraction(better) > _inlier_fraction(walls) else walls
 
 

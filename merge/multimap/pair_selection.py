@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,7 @@ from mapping.seeds import Role, stream
 from merge.multimap.graph import Cluster, Pair
 from merge.multimap.team import Answers, Team
 from merge.pair.feature_cache import FeatureCache
-from merge.pair.matching import PairTask, canonical_order, process_feature_cache
-from merge.proposers.normal_correlation import NormalCorrelation
+from merge.pair.matching import PairTask, canonical_order
 from merge.verification.wall_overlap import measure_wall_overlap
 
 
@@ -48,28 +48,31 @@ def select(
 
 def coarse_scores(tasks: Sequence[PairTask], cache: FeatureCache | None = None) -> list[float]:
     """Score each pair by its best pose of a coarse search, 0 to 1, whichever map comes first."""
-    return [_coarse_score(task, cache or process_feature_cache()) for task in tasks]
+    return [_coarse_score(task, cache) for task in tasks]
 
 
-def _coarse_score(task: PairTask, cache: FeatureCache) -> float:
+def _coarse_score(task: PairTask, cache: FeatureCache | None) -> float:
     settings = task.settings.multimap.selection
-    search = NormalCorrelation(
+    base = task.settings.proposers.normal_correlation
+    cells, peaks = settings.coarse_cells, settings.coarse_peaks
+    search = replace(
+        base,
         scale_step=settings.coarse_scale_step,
-        across=settings.coarse_cells,
-        peaks=settings.coarse_peaks,
         proposals=settings.coarse_proposals,
+        fine=replace(base.fine, cells=cells, peaks=peaks),
+        coarse=replace(base.coarse, cells=cells // 2, peaks=peaks),
     )
-    target, source = task.sheets(cache, (search,))
+    target, source = task.features(cache, (search,))
     scale = task.in_cells(task.scale, (target, source))
-    if canonical_order(target.chart.grid) > canonical_order(source.chart.grid):
+    if canonical_order(target.prepared.grid) > canonical_order(source.prepared.grid):
         target, source, scale = source, target, scale.inverse()
-    if not (len(target.chart.points) and len(source.chart.points)):
+    if not (len(target.prepared.points) and len(source.prepared.points)):
         return 0.0
     rng = stream(task.seed, Role.MERGE)
     proposals = search.propose(target.descriptions[0], source.descriptions[0], scale, rng)
-    points = settings.coarse_points
+    points, overlap = settings.coarse_points, task.settings.alignment.overlap
     scores = (
-        measure_wall_overlap(target.chart, source.chart, proposal.target_from_source, points).score
+        measure_wall_overlap(target.prepared, source.prepared, proposal.target_from_source, points, overlap).score
         for proposal in proposals
     )
     return max(scores, default=0.0)

@@ -69,7 +69,9 @@ def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Clus
         if answer.evidence is not None and answer.accepted
     }
     settings = team.settings.multimap.joint_icp
-    return joint_icp(cluster, team.likelihood.prepared, tolerances, team.scale.fixed, settings), answers
+    return joint_icp(
+        cluster, team.likelihood.prepared, tolerances, team.scale.fixed, settings, team.settings.alignment
+    ), answers
 
 
 def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:

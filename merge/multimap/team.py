@@ -16,6 +16,7 @@ from merge.multimap.graph import Cluster, ConsistencyModel, Edge, LocalFrame, Pa
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.matching import PairTask, Runner, canonical_order, run_tasks
+from merge.preparation.settings import PreparationSettings
 from merge.records.prior import Expected, expected_places
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
@@ -30,8 +31,13 @@ Answers = Mapping[Pair, PairResult]
 class TaskRunner:
     """Run tasks here or by a runner, and report progress: tasks done, tasks known so far."""
 
-    def __init__(self, runner: Runner | None, on_progress: Callable[[int, int], None] | None) -> None:
-        self.cache = FeatureCache()
+    def __init__(
+        self,
+        runner: Runner | None,
+        on_progress: Callable[[int, int], None] | None,
+        preparation: PreparationSettings,
+    ) -> None:
+        self.cache = FeatureCache(preparation)
         self._runner, self._on_progress = runner, on_progress
         self._done, self._planned = 0, 0
 
@@ -74,17 +80,17 @@ class Team:
         runner: Runner | None = None,
     ) -> Team:
         """Prepare a merge. Raises ``ValueError`` for priors that say nothing."""
-        run, ordered = TaskRunner(runner, on_progress), _in_canonical_order(maps)
+        run, ordered = TaskRunner(runner, on_progress, settings.preparation), _in_canonical_order(maps)
         frames = tuple(local_frames(ordered, run.cache))
         scale = settings.scale if settings.scale is not None else maps.scale_range
-        likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood)
+        likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood, settings.alignment)
         return Team(
             names=maps.names,
             maps=ordered,
             settings=settings,
             seed=seed,
             scale=scale,
-            expected=expected_places(settings.priors, settings.reference),
+            expected=expected_places(settings.priors, settings.reference, settings.prior),
             frames=frames,
             likelihood=likelihood,
             model=ConsistencyModel(likelihood, scale.fixed, settings.multimap),
@@ -141,7 +147,7 @@ def local_frames(maps: MapSet, cache: FeatureCache) -> list[LocalFrame]:
     """Return the local frame of every map."""
     found = []
     for grid in maps.grids:
-        prepared = cache.chart(grid)
+        prepared = cache.prepared(grid)
         middle = Similarity2(float(prepared.middle[0]), float(prepared.middle[1]))
         metres_from_local = metres_from_prepared(grid.frame, prepared) @ middle
         area = int(np.count_nonzero(prepared.grid.known))

@@ -1,4 +1,4 @@
-"""Pairs of maps matched, each by itself, here or on the workers of an executor."""
+"""Matching of pairs of maps, each by itself, here or on the workers of an executor."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.pixel_matrix import pixel_matrix, similarity_from_pixels
 from mapping.map_set import MapSet, Unit
 from mapping.seeds import Role, stream
-from merge.methods import PROPOSERS, PUBLISHED
+from merge.methods import proposers_of, published_of
 from merge.pair.feature_cache import (
     FeatureCache,
     MapFeatures,
@@ -29,13 +29,11 @@ from merge.pair.feature_cache import (
     metres_from_prepared,
 )
 from merge.pair.pipeline import merge_pair
+from merge.preparation.settings import PreparationSettings
 from merge.records.pair_answer import PairAnswer
 from merge.records.result import Alternative, PairResult
 from merge.records.verdict import Reason, Verdict
 from merge.settings import MergeSettings
-
-SAME_SCALE = math.log(1.03)
-"""What differs by less is no other scale."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -69,45 +67,53 @@ class PairTask:
 
     @property
     def methods(self) -> tuple[Method, ...]:
-        if self.settings.as_published:
-            return (PUBLISHED[self.settings.method],)
-        return PROPOSERS[self.settings.method]
+        """The proposers of the method, or the method as published."""
+        settings = self.settings
+        if settings.as_published:
+            return (published_of(settings.method, settings.proposers),)
+        return proposers_of(settings.method, settings.proposers)
 
-    def sheets(self, shelf: FeatureCache, methods: Sequence[Method]) -> tuple[MapFeatures, MapFeatures]:
-        return shelf.sheet(self.grids[0], methods), shelf.sheet(self.grids[1], methods)
+    def features(
+        self, cache: FeatureCache | None, methods: Sequence[Method] | None = None
+    ) -> tuple[MapFeatures, MapFeatures]:
+        """Return the features of target and source, from the cache of the process if none is given."""
+        cache = cache or _process_feature_cache(self.settings.preparation)
+        methods = self.methods if methods is None else methods
+        return cache.features(self.grids[0], methods), cache.features(self.grids[1], methods)
 
-    def in_cells(self, scale: ScaleRange, sheets: tuple[MapFeatures, MapFeatures]) -> ScaleRange:
-        """Scales in metres as stated, in cells of the target's sheet per cell of the source's."""
-        return scale.times(self.cells_per_cell * cell_width(sheets[1].chart) / cell_width(sheets[0].chart))
+    def in_cells(self, scale: ScaleRange, features: tuple[MapFeatures, MapFeatures]) -> ScaleRange:
+        """Convert a scale in stated metres to cells of the prepared target per cell of the prepared source."""
+        target, source = features
+        return scale.times(self.cells_per_cell * cell_width(source.prepared) / cell_width(target.prepared))
 
 
-def match(task: PairTask, shelf: FeatureCache | None = None) -> PairResult:
-    """The answer for one pair; it depends neither on other maps nor on which of the two comes first."""
-    sheets = task.sheets(shelf or process_feature_cache(), task.methods)
-    answer = _answer(*sheets, task.in_cells(task.scale, sheets), task.settings, task.seed)
+def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
+    """Match one pair. The answer depends neither on other maps nor on which of the two comes first."""
+    features = task.features(cache)
+    answer = _answer(*features, task.in_cells(task.scale, features), task.settings, task.seed)
     if answer.verdict.accepted or task.settings.scale is not None or not task.scale.fixed:
-        return told(task, answer, sheets)
-    return told(task, _at_another_scale(task, sheets) or answer, sheets)
+        return to_result(task, answer, features)
+    return to_result(task, _at_another_scale(task, features) or answer, features)
 
 
-def _at_another_scale(task: PairTask, sheets: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
-    """The answer that would be accepted if the maps did not state their resolutions, refused, and saying so; None where
-    there is none. The first proposer alone is asked, which costs little."""
-    scale = ScaleRange.free()
-    answer = _answer(*sheets, task.in_cells(scale, sheets), task.settings, task.seed, proposers=1)
+def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
+    """Return a refusal that states the scale at which the maps match, if they match at another than they state.
+
+    None if they do not. Only the first proposer is asked, to save time.
+    """
+    answer = _answer(*features, task.in_cells(ScaleRange.free(), features), task.settings, task.seed, proposers=1)
     if not answer.verdict.accepted:
         return None
-    found = told(task, answer, sheets).target_from_source
-    if found is None or abs(math.log(found.scale)) < SAME_SCALE:
+    found = to_result(task, answer, features).target_from_source
+    if found is None or abs(math.log(found.scale)) < task.settings.pair.same_log_scale:
         return None
-    times = f", {found.scale:.3g} times that"
-    return replace(answer, verdict=Verdict.refuse(Reason.OTHER_SCALE, detail=times))
+    return replace(answer, verdict=Verdict.refuse(Reason.OTHER_SCALE, detail=f", {found.scale:.3g} times that"))
 
 
 @cache
-def process_feature_cache() -> FeatureCache:
-    """The shelf of a worker's process: tasks of one map follow one another, and it is prepared once."""
-    return FeatureCache()
+def _process_feature_cache(settings: PreparationSettings) -> FeatureCache:
+    """Keep one cache in a worker process: tasks of one map follow one another, and it is prepared once."""
+    return FeatureCache(settings)
 
 
 class Runner(Protocol):
@@ -150,14 +156,14 @@ def _answer(
     seed: int,
     proposers: int | None = None,
 ) -> PairAnswer:
-    """By so many of the method's proposers, or all."""
+    """Merge the pair in canonical order, by the first ``proposers`` of the method, or all."""
     rng = stream(seed, Role.MERGE)
-    if canonical_order(target.chart.grid) <= canonical_order(source.chart.grid):
-        return _judged(target, source, scale, settings, rng, proposers)
-    return _judged(source, target, scale.inverse(), settings, rng, proposers).inverse()
+    if canonical_order(target.prepared.grid) <= canonical_order(source.prepared.grid):
+        return _answer_in_order(target, source, scale, settings, rng, proposers)
+    return _answer_in_order(source, target, scale.inverse(), settings, rng, proposers).inverse()
 
 
-def _judged(
+def _answer_in_order(
     target: MapFeatures,
     source: MapFeatures,
     scale: ScaleRange,
@@ -166,21 +172,23 @@ def _judged(
     proposers: int | None,
 ) -> PairAnswer:
     if settings.as_published:
-        return PUBLISHED[settings.method].published(target.descriptions[0], source.descriptions[0], scale, rng)
-    return merge_pair(target, source, scale, PROPOSERS[settings.method][:proposers], rng, settings.acceptance)
+        method = published_of(settings.method, settings.proposers)
+        return method.published(target.descriptions[0], source.descriptions[0], scale, rng)
+    chosen = proposers_of(settings.method, settings.proposers)[:proposers]
+    return merge_pair(target, source, scale, chosen, rng, settings)
 
 
 def canonical_order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
-    """What maps are ordered by wherever the order could matter: what they hold, not when they came."""
+    """Return a sort key by content, so that no result depends on the order in which maps are given."""
     return grid.frame.shape, grid.log_odds.tobytes()
 
 
-def told(task: PairTask, answer: PairAnswer, sheets: tuple[MapFeatures, MapFeatures]) -> PairResult:
-    """An answer in cells of the sheets, told in metres and in pixels of the maps."""
+def to_result(task: PairTask, answer: PairAnswer, features: tuple[MapFeatures, MapFeatures]) -> PairResult:
+    """Convert an answer from cells of the prepared maps to metres and pixels of the maps."""
     frames = task.grids[0].frame, task.grids[1].frame
 
     def in_pixels(cells: Similarity2) -> NDArray[np.float64]:
-        return _pixels(sheets[0], cells, sheets[1], frames)
+        return _pixels(features[0], cells, features[1], frames)
 
     def in_metres(cells: Similarity2) -> Similarity2:
         return similarity_from_pixels(frames[0], in_pixels(cells), frames[1])
@@ -189,7 +197,8 @@ def told(task: PairTask, answer: PairAnswer, sheets: tuple[MapFeatures, MapFeatu
     if found is not None:
         metric = in_metres(found)
         if answer.uncertainty is not None:
-            covariance = answer.uncertainty.of_parameters(metres_from_prepared(frames[0], sheets[0].chart), metric)
+            metres = metres_from_prepared(frames[0], features[0].prepared)
+            covariance = answer.uncertainty.of_parameters(metres, metric)
     return PairResult(
         target=task.names[0],
         source=task.names[1],
@@ -210,6 +219,6 @@ def told(task: PairTask, answer: PairAnswer, sheets: tuple[MapFeatures, MapFeatu
 def _pixels(
     target: MapFeatures, cells: Similarity2, source: MapFeatures, frames: tuple[GridFrame, GridFrame]
 ) -> NDArray[np.float64]:
-    corners = [map_cells_from_prepared(sheet.chart) for sheet in (target, source)]
+    corners = [map_cells_from_prepared(each.prepared) for each in (target, source)]
     bare = [GridFrame(1.0, SE2.identity(), frame.shape) for frame in frames]
     return pixel_matrix(bare[0], corners[0] @ cells @ corners[1].inverse(), bare[1])

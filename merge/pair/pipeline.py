@@ -1,4 +1,4 @@
-"""The merge of two maps, step by step."""
+"""The pipeline of one pair: propose, align, verify, accept or refuse."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.hypotheses import (
     Hypothesis,
-    candidates,
+    are_distinct,
+    compensate_distortion,
     distinct,
-    finished,
-    is_distinct,
+    refine_proposals,
     refine_second_best,
-    settled,
-    sharpest,
+    refine_with_care,
+    tightest_tolerance,
 )
 from merge.pair.feature_cache import MapFeatures
 from merge.preparation.prepared_map import PreparedMap
@@ -27,20 +27,10 @@ from merge.records.pair_answer import Alternative, PairAnswer
 from merge.records.proposal import Proposal
 from merge.records.result import Evidence
 from merge.records.verdict import Reason, Verdict
-from merge.verification.acceptance import AcceptanceSettings, decide, margin
+from merge.settings import MergeSettings
+from merge.verification.acceptance import decide, margin
 from merge.verification.cell_overlap import compare_cells
 from merge.verification.uncertainty import uncertainty
-
-MIN_SURFACE_POINTS = 20
-FINALISTS = 4
-PROMISING = 0.25
-"""What agrees less, refined quickly, is not worth more before the next proposer has had its say."""
-
-SURE_SCORE = 0.45
-"""An answer that agrees so well, and leaves its rivals far behind, needs no further proposals."""
-
-ALTERNATIVES = 3
-"""So many other places are told."""
 
 
 def merge_pair(
@@ -49,65 +39,90 @@ def merge_pair(
     scale: ScaleRange,
     proposers: Sequence[Proposer[Any]],
     rng: np.random.Generator,
-    settings: AcceptanceSettings = AcceptanceSettings(),  # noqa: B008
+    settings: MergeSettings = MergeSettings(),
 ) -> PairAnswer:
-    """Propose, verify, refine, decide; the next proposer is asked only where no answer is sure yet.
+    """Merge two maps; ask the next proposer only while no answer is certain.
 
-    ``scale`` in cells of the target per cell of the source. ``proposers`` are those that described the sheets, or the
-    first of them.
+    ``scale`` is in cells of the target per cell of the source. ``proposers`` are those that described the features, or
+    the first of them.
     """
+    maps, finalists = (target.prepared, source.prepared), settings.alignment.hypotheses.finalists
     answer = PairAnswer(None, None, Verdict.refuse(Reason.NOTHING_PROPOSED))
-    if min(len(target.chart.points), len(source.chart.points)) < MIN_SURFACE_POINTS:
+    if _has_little_structure(*maps, settings):
         return PairAnswer(None, None, Verdict.refuse(Reason.LITTLE_STRUCTURE))
-    charts = target.chart, source.chart
     rough: list[Hypothesis] = []
     found: list[Hypothesis] = []
     stages = list(zip(proposers, target.descriptions, source.descriptions, strict=False))
     for number, (proposer, there, here) in enumerate(stages, start=1):
         proposals = proposer.propose(there, here, scale, rng)
-        rough = distinct(*charts, [*rough, *candidates(*charts, proposals, scale)])
-        if not rough or (number < len(stages) and rough[0].walls.score < PROMISING):
+        refined = refine_proposals(*maps, proposals, scale, settings.alignment)
+        rough = distinct(*maps, [*rough, *refined], settings.alignment)
+        if not rough or (number < len(stages) and rough[0].overlap.score < settings.pair.promising_score):
             continue
-        found = distinct(*charts, [*found, *finished(*charts, rough[:FINALISTS], scale)])
-        rough = rough[FINALISTS:]
-        answer = _best(*charts, found, scale, settings)
-        if answer.score >= settings.min_score:
-            others = second_best_proposals(*charts, found[0].target_from_source)
-            found = distinct(*charts, [*found, *refine_second_best(*charts, found[0], others, scale)])
-            answer = _best(*charts, found, scale, settings)
-        if answer.evidence is not None and _is_sure(answer.evidence, settings):
+        careful = refine_with_care(*maps, rough[:finalists], scale, settings.alignment)
+        found = distinct(*maps, [*found, *careful], settings.alignment)
+        rough = rough[finalists:]
+        answer = _best_answer(*maps, found, scale, settings)
+        if answer.score >= settings.acceptance.min_score:
+            found = _with_second_best(*maps, found, scale, settings)
+            answer = _best_answer(*maps, found, scale, settings)
+        if answer.evidence is not None and _is_certain(answer.evidence, settings):
             break
     return answer
 
 
-def _is_sure(evidence: Evidence, settings: AcceptanceSettings) -> bool:
-    return evidence.score >= SURE_SCORE and margin(evidence) >= settings.margin_cap
-
-
-def _best(
-    target: PreparedMap,
-    source: PreparedMap,
-    found: Sequence[Hypothesis],
+def merge_pair_near(
+    target: MapFeatures,
+    source: MapFeatures,
+    guesses: Sequence[Similarity2],
     scale: ScaleRange,
-    settings: AcceptanceSettings,
+    settings: MergeSettings = MergeSettings(),
 ) -> PairAnswer:
-    level = sharpest(found)
-    best = settled(target, source, found[0], scale, level)
+    """Merge two maps near given transforms, cells to cells; no transform far away makes the answer ambiguous."""
+    maps = target.prepared, source.prepared
+    if _has_little_structure(*maps, settings):
+        return PairAnswer(None, None, Verdict.refuse(Reason.LITTLE_STRUCTURE))
+    rough = refine_proposals(*maps, [Proposal(guess) for guess in guesses], scale, settings.alignment)
+    finalists = rough[: settings.alignment.hypotheses.finalists]
+    return _best_answer(*maps, refine_with_care(*maps, finalists, scale, settings.alignment), scale, settings)
+
+
+def _has_little_structure(target: PreparedMap, source: PreparedMap, settings: MergeSettings) -> bool:
+    return min(len(target.points), len(source.points)) < settings.pair.min_wall_points
+
+
+def _is_certain(evidence: Evidence, settings: MergeSettings) -> bool:
+    return evidence.score >= settings.pair.sure_score and margin(evidence) >= settings.acceptance.margin_cap
+
+
+def _with_second_best(
+    target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis], scale: ScaleRange, settings: MergeSettings
+) -> list[Hypothesis]:
+    """Add the best transforms elsewhere, so that they compete with the best hypothesis."""
+    proposals = second_best_proposals(target, source, found[0].target_from_source, settings.proposers.second_best)
+    others = refine_second_best(target, source, found[0], proposals, scale, settings.alignment)
+    return distinct(target, source, [*found, *others], settings.alignment)
+
+
+def _best_answer(
+    target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis], scale: ScaleRange, settings: MergeSettings
+) -> PairAnswer:
+    """Verify the best hypothesis, and accept or refuse it."""
+    alignment = settings.alignment
+    level = tightest_tolerance(found, alignment)
+    best = compensate_distortion(target, source, found[0], scale, level, alignment)
     others = [
-        Alternative(other.target_from_source, other.laid[level].score)
+        Alternative(other.target_from_source, other.overlaps[level].score)
         for other in found
-        if is_distinct(target, source, best, other)
+        if are_distinct(target, source, best, other, alignment)
     ]
     others.sort(key=lambda other: -other.score)
-    exact = uncertainty(target, source, best.target_from_source, scale)
-    evidence = _evidence(target, source, best, level, others[0].score if others else 0.0, exact.precision_probability)
-    return PairAnswer(
-        best.target_from_source,
-        evidence,
-        decide(evidence, settings),
-        exact,
-        tuple(others[:ALTERNATIVES]),
-    )
+    answer = best.target_from_source
+    uncertain = uncertainty(target, source, answer, scale, settings.uncertainty, alignment.overlap)
+    second_best = others[0].score if others else 0.0
+    evidence = _evidence(target, source, best, level, second_best, uncertain.precision_probability)
+    verdict = decide(evidence, settings.acceptance)
+    return PairAnswer(answer, evidence, verdict, uncertain, tuple(others[: settings.pair.alternatives]))
 
 
 def _evidence(
@@ -119,14 +134,12 @@ def _evidence(
     precision_probability: float,
 ) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
-    walls = best.laid[level]
+    walls = best.overlaps[level]
     return Evidence(
         acceptance_index=cells.acceptance_index,
         wall_inlier_ratio=walls.inlier_ratio,
         free_space_violation=walls.violation_ratio,
-        deep_free_space_violation=best.walls.violation_length / best.walls.compared_length
-        if best.walls.compared_length > 0.0
-        else None,
+        deep_free_space_violation=best.overlap.violation_ratio,
         common_known_cells=cells.known,
         overlap=cells.overlap,
         inlier_length_cells=walls.inlier_length,
@@ -139,20 +152,3 @@ def _evidence(
         inliers=best.proposal.inliers,
         votes=best.proposal.votes,
     )
-
-
-def answer_near(
-    target: MapFeatures,
-    source: MapFeatures,
-    places: Sequence[Similarity2],
-    scale: ScaleRange,
-    settings: AcceptanceSettings = AcceptanceSettings(),  # noqa: B008
-) -> PairAnswer:
-    """Verify, refine and decide where it is known from elsewhere that the source lies near one of these places: no
-    place far off is its rival."""
-    charts = target.chart, source.chart
-    if min(len(chart.points) for chart in charts) < MIN_SURFACE_POINTS:
-        return PairAnswer(None, None, Verdict.refuse(Reason.LITTLE_STRUCTURE))
-    rough = candidates(*charts, [Proposal(place) for place in places], scale)
-    found = finished(*charts, rough[:FINALISTS], scale)
-    return _best(*charts, found, scale, settings)

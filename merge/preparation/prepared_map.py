@@ -1,4 +1,4 @@
-"""A map made ready for comparison: its surface, and how far every cell lies from it."""
+"""A map prepared for matching: its surface with normals, and look-up rasters of the nearest surface point."""
 
 from __future__ import annotations
 
@@ -14,31 +14,27 @@ from numpy.typing import NDArray
 from mapping.arrays import frozen_array, sealed
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.correlation_pyramid import CorrelationPyramid
+from merge.preparation.settings import PreparationSettings
 from merge.preparation.surface import Indices, Surface
-
-NORMAL_BLUR_CELLS = 1.2
-SECTOR_COSINE = 0.38
-"""A wall faces about right, up, left or down if it does so within 67 degrees: it may face two of them."""
-
-MARGIN_SHARE = 0.06
-"""The rasters reach this share of the diagonal beyond the map, so that walls just outside find their nearest."""
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedMap:
-    """A grid and what is asked of it again and again, in cells from the grid's lower left corner (x, y; y up); each
-    made when it is first asked for.
+    """A grid and what the steps of a merge derive from it, each computed when it is first used.
 
-    ``points`` (N, 2) are the surface: the centres of occupied cells that meet free space, in row-major order. (Beams
-    ended anywhere in such a cell; the face towards the free space would make rooms of coarser maps look smaller.)
-    ``normals`` (N, 2) are unit vectors into the free space, or zero where it lies on all sides alike. ``nearest``
-    (4, rows, cols) is the index of the nearest surface point that faces about right, up, left and down, N or more if
-    there is none, so that the two sides of a thin wall are not taken for one another; ``depth`` is the distance to the
-    nearest cell that is not free; both have ``margin`` more cells on each side. ``diagonal`` is that of the known
-    part's bounding box.
+    Coordinates are cells from the grid's lower left corner (x, y; y up).
+
+    - ``points`` (N, 2): the surface, centres of occupied cells beside free space, in row-major order. (Beams end
+      anywhere in such a cell; the edge towards the free space would make rooms of coarser maps smaller.);
+    - ``normals`` (N, 2): unit vectors into the free space, or zero where it lies on all sides;
+    - ``nearest`` (4, rows, cols): index of the nearest surface point that faces right, up, left and down; N or more if
+      there is none. So the two sides of a thin wall are not confused;
+    - ``depth``: distance to the nearest cell that is not free; both have ``margin`` more cells on each side;
+    - ``diagonal``: that of the known part's bounding box.
     """
 
     grid: OccupancyGrid
+    settings: PreparationSettings = PreparationSettings()
 
     @cached_property
     def points(self) -> NDArray[np.float64]:
@@ -47,11 +43,13 @@ class PreparedMap:
 
     @cached_property
     def normals(self) -> NDArray[np.float64]:
-        return frozen_array(_normals(self.grid, *self._cells), np.float64)
+        return frozen_array(_normals(self.grid, *self._cells, self.settings), np.float64)
 
     @cached_property
     def nearest(self) -> Indices:
-        return sealed(_nearest(self.grid.frame.shape, *self._cells, self.normals, self.margin))
+        return sealed(
+            _nearest(self.grid.frame.shape, *self._cells, self.normals, self.margin, self.settings.sector_cosine)
+        )
 
     @cached_property
     def depth(self) -> NDArray[np.float32]:
@@ -59,7 +57,7 @@ class PreparedMap:
 
     @cached_property
     def margin(self) -> int:
-        return 2 + math.ceil(MARGIN_SHARE * self.diagonal)
+        return 2 + math.ceil(self.settings.look_up_share * self.diagonal)
 
     @cached_property
     def diagonal(self) -> float:
@@ -72,22 +70,22 @@ class PreparedMap:
 
     @property
     def surface(self) -> Surface:
-        """The arrays that the compiled loops read."""
+        """Arrays that the compiled loops read."""
         return self.points, self.normals, self.nearest, self.depth, self.margin
 
     @cached_property
     def layers(self) -> CorrelationPyramid:
-        """The map as the correlation sees it."""
-        return CorrelationPyramid.of(self.grid, _surface(self.grid))
+        """Rasters of free space and walls for the correlation."""
+        return CorrelationPyramid.of(self.grid, _surface(self.grid), self.settings)
 
     @cached_property
     def middle(self) -> NDArray[np.float64]:
-        """The mean (2,) of the surface points; zero if there are none."""
+        """Mean (2,) of the surface points; zero if there are none."""
         return self.points.mean(axis=0) if len(self.points) else np.zeros(2)
 
 
 def smaller_diagonal(target: PreparedMap, source: PreparedMap, scale: float) -> float:
-    """The diagonal of the smaller map, in cells of the target."""
+    """Return the diagonal of the smaller map, in cells of the target."""
     return min(target.diagonal, scale * source.diagonal)
 
 
@@ -96,15 +94,17 @@ def _surface(grid: OccupancyGrid) -> NDArray[np.bool_]:
     return grid.occupied & (beside_free > 0)
 
 
-def _normals(grid: OccupancyGrid, rows: NDArray[np.intp], cols: NDArray[np.intp]) -> NDArray[np.float64]:
+def _normals(
+    grid: OccupancyGrid, rows: NDArray[np.intp], cols: NDArray[np.intp], settings: PreparationSettings
+) -> NDArray[np.float64]:
     free = np.pad(grid.free.astype(np.float32), 1)
-    blurred = cv2.GaussianBlur(free, (0, 0), NORMAL_BLUR_CELLS, borderType=cv2.BORDER_CONSTANT)
+    blurred = cv2.GaussianBlur(free, (0, 0), settings.normal_blur_cells, borderType=cv2.BORDER_CONSTANT)
     row, col = rows + 1, cols + 1
     along_x = blurred[row, col + 1].astype(np.float64) - blurred[row, col - 1]
     along_y = blurred[row + 1, col].astype(np.float64) - blurred[row - 1, col]
     normals = np.stack((along_x, along_y), axis=-1) / 2.0
     length = np.hypot(normals[:, 0], normals[:, 1])
-    clear = length > 0.02  # a straight wall has 0.2 to 0.3
+    clear = length > settings.min_gradient
     return np.where(clear[:, None], normals / np.where(clear, length, 1.0)[:, None], 0.0)
 
 
@@ -114,13 +114,14 @@ def _nearest(
     cols: NDArray[np.intp],
     normals: NDArray[np.float64],
     margin: int,
+    sector_cosine: float,
 ) -> Indices:
     size = 4, shape[0] + 2 * margin, shape[1] + 2 * margin
     small = len(rows) < np.iinfo(np.uint16).max  # half of what a map takes in memory
     nearest: Indices = np.empty(size, np.uint16) if small else np.empty(size, np.int32)
     every_way = ~normals.any(axis=1)
     for k, axis in enumerate(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))):
-        members = np.flatnonzero(every_way | (normals @ axis > SECTOR_COSINE))
+        members = np.flatnonzero(every_way | (normals @ axis > sector_cosine))
         if members.size:
             _label(nearest[k], rows[members] + margin, cols[members] + margin, members)
         else:
@@ -129,7 +130,7 @@ def _nearest(
 
 
 def _label(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
-    """Write into every cell (rows, cols) the index of the point that lies nearest."""
+    """Write the index of the nearest point into every cell (rows, cols)."""
     elsewhere = np.ones(nearest.shape, dtype=np.uint8)
     elsewhere[rows, cols] = 0
     _, labels = cv2.distanceTransformWithLabels(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
@@ -139,10 +140,10 @@ def _label(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], ind
 
 
 @njit(cache=True)
-def _look_up(table: Indices, places: NDArray[np.int32], out: Indices) -> None:
+def _look_up(table: Indices, labels: NDArray[np.int32], out: Indices) -> None:
     for row in range(out.shape[0]):
         for col in range(out.shape[1]):
-            out[row, col] = table[places[row, col]]
+            out[row, col] = table[labels[row, col]]
 
 
 def _depth(grid: OccupancyGrid) -> NDArray[np.float32]:

@@ -16,18 +16,19 @@ Surface = tuple[NDArray[np.float64], NDArray[np.float64], Indices, NDArray[np.fl
 
 @njit(cache=True)
 def sector(nx: float, ny: float) -> int:
-    """Which of the directions 0, 90, 180 and 270 degrees a normal is nearest to: 0 to 3."""
+    """Return the direction that a normal is nearest to: 0 to 3 for 0, 90, 180 and 270 degrees."""
     if abs(nx) >= abs(ny):
         return 0 if nx >= 0.0 else 2
     return 1 if ny >= 0.0 else 3
 
 
 @njit(cache=True)
-def nearest_point(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[int, float]:
-    """Index of the point nearest to (x, y) among the surface that faces about the same way as (nx, ny), and its
-    distance; -1 and inf if there is none. A zero normal faces every way.
+def nearest_point(surface: Surface, x: float, y: float, nx: float, ny: float) -> tuple[int, float]:
+    """Find the surface point nearest to (x, y) whose normal is in the sector of (nx, ny): its index and distance.
+
+    -1 and inf if there is none. A zero normal is in every sector.
     """
-    points, _, nearest, _, margin = below
+    points, _, nearest, _, margin = surface
     col, row = math.floor(x) + margin, math.floor(y) + margin
     best, best_distance = -1, math.inf
     if col < 0 or row < 0 or row >= nearest.shape[1] or col >= nearest.shape[2]:
@@ -45,19 +46,19 @@ def nearest_point(below: Surface, x: float, y: float, nx: float, ny: float) -> t
 
 @njit(cache=True)
 def nearest_points(
-    below: Surface, points: NDArray[np.float64], normals: NDArray[np.float64]
+    surface: Surface, points: NDArray[np.float64], normals: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """``nearest_point`` of many points (N, 2) with their normals (N, 2): indices (N,) and distances (N,)."""
+    """Find the ``nearest_point`` of each of the points (N, 2) with normals (N, 2): indices (N,) and distances (N,)."""
     indices, distances = np.empty(len(points), np.intp), np.empty(len(points))
     for k in range(len(points)):
-        indices[k], distances[k] = nearest_point(below, points[k, 0], points[k, 1], normals[k, 0], normals[k, 1])
+        indices[k], distances[k] = nearest_point(surface, points[k, 0], points[k, 1], normals[k, 0], normals[k, 1])
     return indices, distances
 
 
 @njit(cache=True)
-def depth_at(below: Surface, x: float, y: float) -> float:
-    """How deep in free space (x, y) lies [cells]; 0 where it is not free."""
-    depth, margin = below[3], below[4]
+def depth_at(surface: Surface, x: float, y: float) -> float:
+    """Return the distance [cells] from (x, y) to the nearest cell that is not free; 0 if it is not free itself."""
+    depth, margin = surface[3], surface[4]
     col, row = math.floor(x) + margin, math.floor(y) + margin
     if col < 0 or row < 0 or row >= depth.shape[0] or col >= depth.shape[1]:
         return 0.0
@@ -65,8 +66,8 @@ def depth_at(below: Surface, x: float, y: float) -> float:
 
 
 @njit(cache=True)
-def facing(ax: float, ay: float, bx: float, by: float) -> float:
-    """Cosine between unit normals; 1 where either is zero, since such a wall faces every way."""
+def normal_cosine(ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the cosine between unit normals; 1 if either is zero, because such a wall faces every way."""
     if (ax == 0.0 and ay == 0.0) or (bx == 0.0 and by == 0.0):
         return 1.0
     return ax * bx + ay * by

@@ -1,4 +1,4 @@
-"""Similarities that many point pairs agree on."""
+"""RANSAC on matched points: similarities with many inliers."""
 
 from __future__ import annotations
 
@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity_fit import fit_similarity
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True)
 class ConsensusSettings:
     """RANSAC as in Chen 2021, section 4.4; distances in cells of the coarser map.
 
-    ``distinct_cells`` is how far apart two proposals must put the matched points, on average, to count as two.
+    - ``samples``: pairs of matches that are tried, all of them if there are no more;
+    - ``inlier_distance_cells``: largest residual of an inlier;
+    - ``distinct_cells``: mean displacement of the matched points from which on two hypotheses are distinct;
+    - ``proposals``: number of distinct hypotheses that are proposed, of at least ``min_inliers`` inliers each;
+    - ``refits``: the samples of most inliers are fitted to their inliers.
     """
 
     samples: int = 2000
@@ -25,12 +30,10 @@ class ConsensusSettings:
     distinct_cells: float = 10.0
     proposals: int = 16
     min_inliers: int = 3
-    looked_at: int = 400
+    refits: int = 400
 
     def __post_init__(self) -> None:
-        for name in ("samples", "inlier_distance_cells", "distinct_cells", "proposals", "min_inliers", "looked_at"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"ConsensusSettings: {name} is {getattr(self, name)}, must be positive")
+        require_valid(self)
 
 
 def consensus(
@@ -40,12 +43,11 @@ def consensus(
     rng: np.random.Generator,
     settings: ConsensusSettings = ConsensusSettings(),
 ) -> tuple[Proposal, ...]:
-    """Similarities that carry many of the matched points (M, 2) ``source`` onto ``target``, most inliers first.
+    """Propose similarities with many inliers among the matched points (M, 2) of target and source, most first.
 
-    Source: Fischler and Bolles 1981, two pairs a sample, every pair of pairs where there are no more than
-    ``samples``. Unlike Chen 2021 the scale is bounded, so that it cannot collapse to where everything is an inlier,
-    each answer is fitted again on its inliers, and several distinct ones are kept. Empty where nothing has
-    ``min_inliers``.
+    Source: Fischler and Bolles 1981, two matches a sample. Unlike Chen 2021 the scale is bounded, so that it cannot
+    collapse until everything is an inlier; each hypothesis is fitted again to its inliers, and several distinct ones
+    are kept. Empty if none has ``min_inliers``.
     """
     if len(source) < settings.min_inliers:
         return ()
@@ -55,11 +57,11 @@ def consensus(
     gate = settings.inlier_distance_cells * np.maximum(1.0, np.abs(turn))
     counts = _count_inliers(p, q, turn, shift, gate)
     found: list[Proposal] = []
-    for k in np.argsort(-counts, kind="stable")[: settings.looked_at]:
+    for k in np.argsort(-counts, kind="stable")[: settings.refits]:
         if len(found) == settings.proposals or counts[k] < settings.min_inliers:
             break
         proposal = _refit(target, source, np.abs(turn[k] * p + shift[k] - q) < gate[k], scale, settings)
-        if proposal is not None and all(_apart(proposal, other, source, settings) for other in found):
+        if proposal is not None and all(_are_distinct(proposal, other, source, settings) for other in found):
             found.append(proposal)
     return tuple(sorted(found, key=lambda proposal: -(proposal.inliers or 0)))
 
@@ -119,7 +121,7 @@ def _refit(
     return Proposal(fit, matches=len(source), inliers=count)
 
 
-def _apart(a: Proposal, b: Proposal, source: NDArray[np.float64], settings: ConsensusSettings) -> bool:
+def _are_distinct(a: Proposal, b: Proposal, source: NDArray[np.float64], settings: ConsensusSettings) -> bool:
     displacement = np.hypot(*(a.target_from_source.apply(source) - b.target_from_source.apply(source)).T)
     size = max(1.0, a.target_from_source.scale)
     return bool(displacement.mean() > settings.distinct_cells * size)

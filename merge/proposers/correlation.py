@@ -1,4 +1,4 @@
-"""Where one map's surface, with the side that it faces, lies on another's: all shifts at once."""
+"""Correlation of the walls and normals of two maps over all shifts at once, by Fourier transform."""
 
 from __future__ import annotations
 
@@ -14,31 +14,48 @@ from scipy import fft
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.correlation_pyramid import CorrelationPyramid
-
-SIGMA_CELLS = 1.2
-FACING_WEIGHT, WALL_WEIGHT = 1.9, 0.43
-"""So that surface on surface that faces the same way counts 1 (and 0.1 whichever way it faces) per cell of length."""
-
-CONTRADICTION = 0.35
-"""What surface deep in the other's free space takes, per cell of length."""
-
-BESIDE_SHARE = 0.4
-"""Rasters are padded by this share of the smaller map only: what is pushed out on one side comes in on the other."""
+from merge.records.validation import require_valid
 
 BLOCK = 8
+"""Side of the blocks of cells of which one is a candidate for a peak."""
 
 SAME_YAW = 1e-9
-"""Radians that rounding makes."""
+"""Yaws [rad] that differ by less are equal up to rounding."""
 
 Spectrum = NDArray[np.complex64]
 
 
 @dataclass(frozen=True)
 class Peak:
-    """A place where the correlation is high, from cells of the source to cells of the target."""
+    """A local maximum of the correlation, from cells of the source to cells of the target."""
 
     target_from_source: Similarity2
     score: float
+
+
+@dataclass(frozen=True)
+class CorrelationSettings:
+    """Correlation of the walls of two maps over all shifts.
+
+    - ``cells``: cells of the raster along the larger map;
+    - ``peaks``: best shifts of each scale and rotation;
+    - ``contradiction``: cost of a wall deep in the other map's free space, per cell of length;
+    - ``normal_weight``, ``wall_weight``: chosen so that a wall on a wall of the same orientation gains 1 per cell of
+      length, and 0.1 whatever its orientation;
+    - ``blur_cells``: standard deviation of the Gaussian that blurs free space and walls, in cells of the raster;
+    - ``padding_share``: rasters are padded by this share of the smaller map; the rest wraps around.
+    """
+
+    cells: int = 112
+    peaks: int = 4
+    contradiction: float = 0.35
+    normal_weight: float = 1.9
+    wall_weight: float = 0.43
+    blur_cells: float = 1.2
+    padding_share: float = 0.4
+
+    def __post_init__(self) -> None:
+        require_valid(self, not_negative=("contradiction", "wall_weight", "padding_share"))
 
 
 def correlate(
@@ -46,28 +63,26 @@ def correlate(
     source: CorrelationPyramid,
     scale: float,
     yaws: Iterable[float],
-    across: int = 112,
-    most: int = 4,
-    contradiction: float = CONTRADICTION,
+    settings: CorrelationSettings = CorrelationSettings(),
 ) -> list[Peak]:
-    """The ``most`` best shifts of the source at one scale and each of the yaws [rad].
+    """Find the best shifts of the source at one scale and each of the yaws [rad].
 
-    The score is the correlation of signed surface normals, plus a little for walls on walls, less what lies of either
-    surface in the other's free space; over the root of both lengths. Normals are gradients of the blurred free
-    space, and correlating gradients is multiplying the spectrum by the squared wave number, so that one inverse
-    transform gives it all. ``across`` is the longer side of the larger map, in cells of the raster; ``contradiction``
-    is what a cell of length in the other's free space takes.
+    The score is the correlation of signed wall normals, plus a little for walls on walls, less the walls of either map
+    in the other's free space, over the root of both lengths. Normals are gradients of the blurred free space, and
+    correlating gradients is multiplying the spectrum by the squared wave number: one inverse transform gives the sum.
     """
     yaws = list(yaws)
     if not yaws:
         return []
-    cell = max(*target.size, *(scale * side for side in source.size)) / across
-    shape = _shape(target, source, scale, yaws, cell)
-    walls, free = _weights(shape)
+    cell = max(*target.size, *(scale * side for side in source.size)) / settings.cells
+    shape = _shape(target, source, scale, yaws, cell, settings.padding_share)
+    walls, free = _weights(shape, settings.blur_cells)
     a_free, a_deep, a_wall = _spectra(target, 0.0, cell, shape)
-    with_free = FACING_WEIGHT * free * a_free
-    with_deep = -contradiction * walls * a_wall
-    with_wall = WALL_WEIGHT * _blur(shape) * a_wall - contradiction * walls * a_deep
+    with_free = settings.normal_weight * free * a_free
+    with_deep = -settings.contradiction * walls * a_wall
+    with_wall = (
+        settings.wall_weight * _blur(shape, settings.blur_cells) * a_wall - settings.contradiction * walls * a_deep
+    )
     there, here = target.middle.tolist(), source.middle.tolist()
     peaks = []
     for axis, sides in _axes(yaws).items():
@@ -78,7 +93,7 @@ def correlate(
                 spectrum = b_free * with_free + b_deep * with_deep + b_wall * with_wall
             else:
                 spectrum = b_free.conj() * with_free + b_deep.conj() * with_deep + b_wall.conj() * with_wall
-            for row, col, value in _highest(fft.irfft2(spectrum, s=shape).astype(np.float32), most):
+            for row, col, value in _highest(fft.irfft2(spectrum, s=shape).astype(np.float32), settings.peaks):
                 x, y = _unwrapped((row + turned) % shape[0], (col + turned) % shape[1], shape)
                 found = _similarity(there, here, scale, yaw, (cell * x, cell * y))
                 peaks.append(Peak(found, value / length))
@@ -86,9 +101,9 @@ def correlate(
 
 
 def _axes(yaws: Iterable[float]) -> dict[float, list[tuple[float, bool]]]:
-    """Yaws that lie half a turn apart share one transform: the first of them, with each and whether it is the other.
+    """Group the yaws that are half a turn apart: the first of them, and each with True if it is the other one.
 
-    A raster turned by half is the raster read backwards, whose spectrum is the conjugate, one cell further on.
+    A raster rotated by half a turn is the raster read backwards. Its spectrum is the conjugate, one cell further on.
     """
     axes: dict[float, list[tuple[float, bool]]] = {}
     for yaw in yaws:
@@ -101,7 +116,7 @@ def _axes(yaws: Iterable[float]) -> dict[float, list[tuple[float, bool]]]:
 def _similarity(
     there: list[float], here: list[float], scale: float, yaw: float, shift: tuple[float, float]
 ) -> Similarity2:
-    """That lays the middle of the source the shift away from that of the target; in plain numbers, for speed."""
+    """Return the similarity that puts the middle of the source at ``shift`` from that of the target."""
     c, s = scale * math.cos(yaw), scale * math.sin(yaw)
     x = there[0] + shift[0] - (c * here[0] - s * here[1])
     y = there[1] + shift[1] - (s * here[0] + c * here[1])
@@ -109,8 +124,9 @@ def _similarity(
 
 
 def _shape(
-    target: CorrelationPyramid, source: CorrelationPyramid, scale: float, yaws: list[float], cell: float
+    target: CorrelationPyramid, source: CorrelationPyramid, scale: float, yaws: list[float], cell: float, padding: float
 ) -> tuple[int, int]:
+    """Choose the raster's rows and columns: both maps fit, and the Fourier transform is fast."""
     sides = []
     for axis in (1, 0):  # rows, columns
         there = target.size[axis] / cell
@@ -118,24 +134,24 @@ def _shape(
         for yaw in yaws:
             along, across = abs(math.cos(yaw)), abs(math.sin(yaw))
             here = max(here, scale * (along * source.size[axis] + across * source.size[1 - axis]) / cell)
-        sides.append(fft.next_fast_len(math.ceil(max(there, here) + BESIDE_SHARE * min(there, here)) + 4, real=True))
+        sides.append(fft.next_fast_len(math.ceil(max(there, here) + padding * min(there, here)) + 4, real=True))
     return sides[0], sides[1]
 
 
 def _spectra(layers: CorrelationPyramid, yaw: float, cells: float, shape: tuple[int, int]) -> Spectrum:
-    spectra: Spectrum = fft.rfft2(layers.placed(yaw, cells, shape), axes=(1, 2))
+    spectra: Spectrum = fft.rfft2(layers.resample(yaw, cells, shape), axes=(1, 2))
     return spectra
 
 
 @lru_cache(maxsize=128)
-def _weights(shape: tuple[int, int]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _weights(shape: tuple[int, int], blur: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     square = _square(shape)
-    return np.exp(-0.5 * square * SIGMA_CELLS**2).astype(np.float32), (square * _blur(shape)).astype(np.float32)
+    return np.exp(-0.5 * square * blur**2).astype(np.float32), (square * _blur(shape, blur)).astype(np.float32)
 
 
 @lru_cache(maxsize=128)
-def _blur(shape: tuple[int, int]) -> NDArray[np.float32]:
-    return np.exp(-_square(shape) * SIGMA_CELLS**2).astype(np.float32)
+def _blur(shape: tuple[int, int], blur: float) -> NDArray[np.float32]:
+    return np.exp(-_square(shape) * blur**2).astype(np.float32)
 
 
 def _square(shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -156,7 +172,7 @@ def _highest(surface: NDArray[np.float32], most: int) -> list[tuple[int, int, fl
 
 @njit(cache=True)
 def _block_maxima(surface: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Places (flat) and values of cells that are the highest of their block and higher than all around them."""
+    """List flat indices and values of the cells that are the highest of their block and of their neighbours."""
     rows, cols = surface.shape
     places, values = [], []
     for top in range(0, rows, BLOCK):

@@ -1,4 +1,4 @@
-"""Proposals from the constellation of small things that stand by themselves: trees, pillars, boxes."""
+"""Proposals from the pattern of small isolated objects: trees, pillars, boxes."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 
 Marks = NDArray[np.float64]
-"""Landmarks (N, 3): x and y of the middle, and size, in cells of a ``PreparedMap``; those of most cells first."""
-
-MIN_CELLS = 4
-SLACK = 1.03
-"""A scale that is known is off by so much where two landmarks tell it."""
+"""Landmarks (N, 3): x and y of the middle, and size, in cells of a ``PreparedMap``; the largest first."""
 
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Occupied blobs of a map matched by where they lie to one another, and by nothing else.
+    """Match small isolated objects, such as trees, pillars and boxes, by the pattern that they form.
 
-    Where nothing runs straight and features are few, as among trees, the pattern of small things is what maps share.
-    Each landmark is taken with some that lie near; two such pairs, one of either map, make a similarity, which is kept
-    if their sizes fit, and counted by how many landmarks of the source it lays on one of the target.
+    Where no walls run straight and features are few, this pattern is all that two maps share. Each landmark is paired
+    with some neighbours. A pair of either map makes a similarity; it is kept if the sizes fit, and its votes are the
+    landmarks of the source that it puts on one of the target.
     Source: geometric hashing over a basis of two points (Lamdan and Wolfson 1988), with every basis tried.
 
-    - ``gap_share``: cells this share of the diagonal apart are one blob; ``size_share``: what is larger is no landmark;
-    - ``most``: so many landmarks, those of most cells; ``neighbours``: each is paired with so many that lie nearest;
-    - ``near_share``: landmarks this share of the smaller map's diagonal apart are one;
-    - ``likeness``: sizes may differ by this factor (one is often seen from one side alone);
-    - ``min_inliers``, ``proposals``: what lays fewer on one another is chance; so many are proposed.
+    - ``gap_share`` [of the diagonal]: occupied cells so near one another are one object;
+    - ``size_share`` [of the diagonal]: a larger object is no landmark;
+    - ``min_cells``: nor is one of fewer cells;
+    - ``most``: landmarks of a map, the largest; ``neighbours``: each is paired with so many of the nearest;
+    - ``near_share`` [of the smaller map's diagonal]: two landmarks so near one another are one;
+    - ``likeness``: factor by which sizes may differ, because an object is often seen from one side only;
+    - ``scale_slack``: factor by which two landmarks may miss the bounds of the scale;
+    - ``min_inliers``: a similarity with fewer is chance; ``proposals``: number of proposals.
     """
 
     gap_share: float = 0.006
@@ -46,12 +46,17 @@ class Landmarks:
     neighbours: int = 10
     near_share: float = 0.012
     likeness: float = 1.7
+    min_cells: int = 4
+    scale_slack: float = 1.03
     min_inliers: int = 4
     proposals: int = 12
 
-    def describe(self, chart: PreparedMap) -> tuple[Marks, float]:
-        """The landmarks, and the diagonal that distances are shares of."""
-        return _landmarks(chart.grid, chart.diagonal, self), chart.diagonal
+    def __post_init__(self) -> None:
+        require_valid(self)
+
+    def describe(self, prepared: PreparedMap) -> tuple[Marks, float]:
+        """Find the landmarks; return them with the diagonal."""
+        return _landmarks(prepared.grid, prepared.diagonal, self), prepared.diagonal
 
     def propose(
         self,
@@ -60,21 +65,21 @@ class Landmarks:
         scale: ScaleRange,
         rng: np.random.Generator,
     ) -> tuple[Proposal, ...]:
-        """Similarities that lay many landmarks on one another, those of most first."""
+        """Propose similarities that put many landmarks on one another, most inliers first."""
         (there, diagonal), (here, other_diagonal) = target, source
         if min(len(there), len(here)) < self.min_inliers:
             return ()
         near = self.near_share * min(diagonal, scale.middle * other_diagonal)
-        bounds = (scale.low / SLACK, scale.high * SLACK)
+        bounds = (scale.low / self.scale_slack, scale.high * self.scale_slack)
         bases = _bases(there, self.neighbours, 3.0 * near), _bases(here, self.neighbours, 0.0)
-        counts, turns, shifts = _counted(
+        counts, turns, shifts = _count_inliers(
             there, bases[0], here, bases[1], _lattice(there, near), near, bounds, self.likeness, self.min_inliers
         )
         best = np.argsort(-counts, kind="stable")[: self.proposals]
-        found = [self._refitted(there, here, complex(turns[k]), complex(shifts[k]), near, scale) for k in best]
+        found = [self._refit(there, here, complex(turns[k]), complex(shifts[k]), near, scale) for k in best]
         return tuple(sorted((p for p in found if p is not None), key=lambda proposal: -(proposal.inliers or 0)))
 
-    def _refitted(
+    def _refit(
         self, there: Marks, here: Marks, turn: complex, shift: complex, near: float, scale: ScaleRange
     ) -> Proposal | None:
         moved = turn * (here[:, 0] + 1j * here[:, 1]) + shift
@@ -102,7 +107,7 @@ def _landmarks(grid: OccupancyGrid, diagonal: float, settings: Landmarks) -> Mar
     cells = np.diff(first, append=len(order))
     x, y = ((a + b + 1) / 2.0 for a, b in zip(low, high, strict=True))
     size = np.maximum(*(b - a for a, b in zip(low, high, strict=True))) + 1.0
-    kept = np.flatnonzero((cells >= MIN_CELLS) & (size <= settings.size_share * diagonal))
+    kept = np.flatnonzero((cells >= settings.min_cells) & (size <= settings.size_share * diagonal))
     kept = kept[np.argsort(-cells[kept], kind="stable")][: settings.most]
     return np.stack((x[kept], y[kept], size[kept]), axis=-1)
 
@@ -128,7 +133,7 @@ def _lattice(marks: Marks, near: float) -> tuple[NDArray[np.bool_], float, float
 
 
 @njit(cache=True)
-def _counted(
+def _count_inliers(
     there: Marks,
     there_bases: NDArray[np.intp],
     here: Marks,
@@ -139,8 +144,10 @@ def _counted(
     likeness: float,
     least: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.complex128], NDArray[np.complex128]]:
-    """Of every two bases that make a similarity within the bounds: how many landmarks it lays on one, its turn and
-    shift, target = turn * source + shift; those that lay fewer than ``least`` are left out."""
+    """Count the inliers of the similarity of every two bases, within the bounds of the scale.
+
+    Return numbers of inliers, turns and shifts (target = turn * source + shift) of those with at least ``least``.
+    """
     beside, left, low = lattice
     p = there[:, 0] + 1j * there[:, 1]
     q = here[:, 0] + 1j * here[:, 1]

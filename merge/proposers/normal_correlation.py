@@ -1,10 +1,10 @@
-"""Proposals from the correlation of walls that face the same way, over scales and likely rotations."""
+"""Proposals from the correlation of walls of the same orientation, over scales and likely rotations."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,76 +12,85 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from merge.preparation.correlation_pyramid import CorrelationPyramid
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.correlation import Peak, correlate
-from merge.proposers.orientation_histogram import correlated, likely_yaws, wall_directions
+from merge.proposers.correlation import CorrelationSettings, Peak, correlate
+from merge.proposers.orientation_histogram import (
+    OrientationSettings,
+    correlate_histograms,
+    likely_yaws,
+    orientation_histogram,
+)
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 
-ALL_ROUND = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
+ALL_YAWS = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
 
 
 @dataclass(frozen=True, eq=False)
-class FacingWalls:
-    """What ``NormalCorrelation`` keeps of a map."""
+class WallRasters:
+    """Rasters of a map to correlate, and its orientation histogram."""
 
     layers: CorrelationPyramid
-    directions: NDArray[np.float64]
+    orientations: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class NormalCorrelation:
-    """Over scales and likely rotations, correlation of signed surface normals: for what is too ragged for features.
+    """Correlate signed wall normals over scales and likely rotations, for maps too ragged for features.
 
-    - ``scale_step``, ``across``, ``peaks``: the correlation's scales lie no further apart than this factor, its rasters
-      have so many cells along the larger map, and each scale and rotation brings so many shifts;
-    - ``proposals``: so many of all shifts are proposed;
-    - ``contradiction``: what the correlation takes for surface in the other's free space, per cell of length; maps
-      that share little are found by contradicting one another little;
-    - ``clear``: where wall directions correlate less than this, as in caves, no rotation is likelier than another, and
-      all are tried, more coarsely; walls that are turned too far yet to lie on one another contradict less there
-      (``coarse_contradiction``).
+    - ``scale_step``: largest factor between neighbouring scales;
+    - ``proposals``: the best of all shifts are proposed;
+    - ``min_orientation_correlation``: below it, as in caves, no rotation is likelier than another: all are tried, in
+      coarser steps;
+    - ``fine``: correlation at the likely rotations. Maps that share little are found because they contradict one
+      another little;
+    - ``coarse``: correlation at all rotations. Walls that are rotated too far to match contradict less there;
+    - ``orientation``: the likely rotations.
     """
 
     scale_step: float = 1.06
-    across: int = 112
-    peaks: int = 4
     proposals: int = 600
-    contradiction: float = 0.7
-    coarse_contradiction: float = 0.35
-    clear: float = 0.75
+    min_orientation_correlation: float = 0.75
+    fine: CorrelationSettings = field(default_factory=lambda: CorrelationSettings(contradiction=0.7))
+    coarse: CorrelationSettings = field(default_factory=lambda: CorrelationSettings(cells=56))
+    orientation: OrientationSettings = field(default_factory=OrientationSettings)
 
-    def describe(self, chart: PreparedMap) -> FacingWalls:
-        """The rasters to correlate, and the wall directions."""
-        return FacingWalls(chart.layers, wall_directions(chart.normals))
+    def __post_init__(self) -> None:
+        require_valid(self)
+        if self.scale_step <= 1.0:
+            raise ValueError(f"NormalCorrelation: scale_step is {self.scale_step}, must be greater than 1")
+
+    def describe(self, prepared: PreparedMap) -> WallRasters:
+        """Compute the rasters and the orientation histogram of a map."""
+        return WallRasters(prepared.layers, orientation_histogram(prepared.normals, self.orientation))
 
     def propose(
-        self, target: FacingWalls, source: FacingWalls, scale: ScaleRange, rng: np.random.Generator
+        self, target: WallRasters, source: WallRasters, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """The highest peaks of the correlation, best first."""
-        if correlated(target.directions, source.directions).max() < self.clear:
-            coarse, across = scales(scale, self.scale_step**2), self.across // 2
-            found = self._peaks(target, source, coarse, ALL_ROUND, across, self.coarse_contradiction)
+        """Propose the highest peaks of the correlation, best first."""
+        correlation = correlate_histograms(target.orientations, source.orientations).max()
+        if correlation < self.min_orientation_correlation:
+            found = self._peaks(target, source, scales(scale, self.scale_step**2), ALL_YAWS, self.coarse)
         else:
-            likely = likely_yaws(target.directions, source.directions)
-            found = self._peaks(target, source, scales(scale, self.scale_step), likely, self.across, self.contradiction)
+            yaws = likely_yaws(target.orientations, source.orientations, self.orientation)
+            found = self._peaks(target, source, scales(scale, self.scale_step), yaws, self.fine)
         return tuple(Proposal(peak.target_from_source) for peak in found)
 
     def _peaks(
         self,
-        target: FacingWalls,
-        source: FacingWalls,
+        target: WallRasters,
+        source: WallRasters,
         sizes: Sequence[float],
         yaws: Sequence[float],
-        across: int,
-        contradiction: float,
+        settings: CorrelationSettings,
     ) -> list[Peak]:
         peaks: list[Peak] = []
         for size in sizes:
-            peaks += correlate(target.layers, source.layers, size, yaws, across, self.peaks, contradiction)
+            peaks += correlate(target.layers, source.layers, size, yaws, settings)
         return sorted(peaks, key=lambda peak: -peak.score)[: self.proposals]
 
 
 def scales(scale: ScaleRange, step: float) -> list[float]:
-    """Scales of the range, no further apart than a factor ``step``."""
+    """List scales of the range in geometric sequence, at most a factor ``step`` apart."""
     if scale.fixed:
         return [scale.low]
     number = math.ceil(math.log(scale.high / scale.low) / math.log(step)) + 1

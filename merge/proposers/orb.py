@@ -1,4 +1,4 @@
-"""Proposals from ORB features on the map image and on a picture of how far into free space one is."""
+"""Proposals from ORB features on the map image and on a picture of the depth of free space."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
 from merge.records.proposal import Proposal
-
-DEEP_SHARE = 0.05
-"""Free space this share of the diagonal deep is white in the second picture."""
-
+from merge.records.validation import require_valid
 
 SMALLEST_SIDE = 63
 """Pixels from the border that ORB leaves out on either side, and one between; smaller pictures trouble OpenCV."""
@@ -34,33 +31,40 @@ class Keypoints:
 class Orb:
     """ORB (Rublee et al. 2011) on two pictures, ratio test, two-point hypotheses by ``consensus``.
 
-    The second picture, half as large, shows the distance into free space: it changes little where walls are ragged.
+    The second picture, half as large, shows the distance from free cells to the nearest other cell: it changes little
+    if walls are ragged.
+
+    - ``features``: keypoints of a picture; ``ratio``: the nearest descriptor must be nearer than this times the second
+      nearest (Lowe 2004);
+    - ``white_depth_share`` [of the diagonal]: free space so deep is white in the second picture;
+    - ``consensus``: hypotheses from the matches.
     """
 
     features: int = 1500
     ratio: float = 0.9
+    white_depth_share: float = 0.05
     consensus: ConsensusSettings = field(
         default_factory=lambda: ConsensusSettings(samples=4000, inlier_distance_cells=4.0, proposals=6)
     )
 
     def __post_init__(self) -> None:
-        if self.features < 1:
-            raise ValueError(f"Orb: features is {self.features}, must be at least 1")
-        if not 0.0 < self.ratio <= 1.0:
-            raise ValueError(f"Orb: ratio is {self.ratio}, must lie in (0, 1]")
+        require_valid(self, shares=("ratio",))
 
-    def describe(self, chart: PreparedMap) -> tuple[Keypoints, ...]:
-        """The keypoints of both pictures."""
-        rows = chart.grid.frame.shape[0]
+    def describe(self, prepared: PreparedMap) -> tuple[Keypoints, ...]:
+        """Detect the keypoints of both pictures."""
+        rows = prepared.grid.frame.shape[0]
         return tuple(
             self._detect(picture, size, rows)
-            for picture, size in ((trinary_picture(chart.grid), 1), (_depth_picture(chart), 2))
+            for picture, size in (
+                (trinary_picture(prepared.grid), 1),
+                (_depth_picture(prepared, self.white_depth_share), 2),
+            )
         )
 
     def propose(
         self, target: tuple[Keypoints, ...], source: tuple[Keypoints, ...], scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """Similarities that many matched keypoints of one picture agree on."""
+        """Propose similarities with many inliers among the matched keypoints of one picture."""
         found: list[Proposal] = []
         for there, here in zip(target, source, strict=True):
             index_there, index_here = match_bits(there.descriptors, here.descriptors, self.ratio)
@@ -81,8 +85,10 @@ class Orb:
 def match_bits(
     target: NDArray[np.uint8], source: NDArray[np.uint8], ratio: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Indices (M,) and (M,) of bit descriptors that match: nearest by Hamming distance, and nearer than ``ratio`` times
-    the second nearest."""
+    """Match bit descriptors: nearest by Hamming distance, and nearer than ``ratio`` times the second nearest.
+
+    Return indices (M,) into the target and (M,) into the source.
+    """
     if len(target) < 2 or not len(source):
         return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
     neighbours = cv2.BFMatcher(cv2.NORM_HAMMING).knnMatch(source, target, k=2)
@@ -90,10 +96,10 @@ def match_bits(
     return np.array([m.trainIdx for m in kept], dtype=np.intp), np.array([m.queryIdx for m in kept], dtype=np.intp)
 
 
-def _depth_picture(chart: PreparedMap) -> NDArray[np.uint8]:
-    rows, cols = chart.grid.frame.shape
-    margin = chart.margin
-    depth = chart.depth[margin : margin + rows, margin : margin + cols][::-1]
-    grey = np.minimum(255.0, depth * (255.0 / max(1.0, DEEP_SHARE * chart.diagonal))).astype(np.uint8)
+def _depth_picture(prepared: PreparedMap, white_share: float) -> NDArray[np.uint8]:
+    rows, cols = prepared.grid.frame.shape
+    margin = prepared.margin
+    depth = prepared.depth[margin : margin + rows, margin : margin + cols][::-1]
+    grey = np.minimum(255.0, depth * (255.0 / max(1.0, white_share * prepared.diagonal))).astype(np.uint8)
     even = np.pad(grey, ((0, rows % 2), (0, cols % 2)))
     return np.asarray(cv2.resize(even, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8)

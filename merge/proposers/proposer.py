@@ -1,4 +1,4 @@
-"""What every method of proposing transforms looks like from outside."""
+"""Interface of all methods that propose transforms."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ Description = TypeVar("Description")
 
 
 class Proposer(Protocol[Description]):
-    """A method: it looks at each map once, then proposes for each pair.
+    """A method that describes each map once, then proposes transforms for each pair.
 
-    Its proposals may come in any number, order and quality: verification, refinement and decision are common to all
-    methods and lie outside.
+    Proposals may be of any number, order and quality: alignment, verification and acceptance are common to all methods.
     """
 
-    def describe(self, chart: PreparedMap) -> Description:
-        """What the method needs to know of one map; done once however many pairs the map is in."""
+    def describe(self, prepared: PreparedMap) -> Description:
+        """Compute all that the method needs of one map; called once for all pairs of the map."""
         ...
 
     def propose(
         self, target: Description, source: Description, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """Transforms worth judging, best first, with scales [cells per cell] in the range; empty if there are none."""
+        """Propose transforms, best first, with scales [cells per cell] in the range; empty if there are none."""
         ...

@@ -1,4 +1,4 @@
-"""Other places that would look as good as an answer, searched for on purpose."""
+"""Search for the second best transform, which decides if an answer is unambiguous."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ import math
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.correlation import correlate
+from merge.proposers.correlation import CorrelationSettings, correlate
 from merge.records.proposal import Proposal
 
-PEAKS = 6
+SECOND_BEST = CorrelationSettings(peaks=6)
 
 
-def second_best_proposals(target: PreparedMap, source: PreparedMap, answer: Similarity2) -> list[Proposal]:
-    """The best other shifts at the answer's own scale and rotation, and turned by 90, 180 and 270 degrees, best first.
+def second_best_proposals(
+    target: PreparedMap, source: PreparedMap, answer: Similarity2, settings: CorrelationSettings = SECOND_BEST
+) -> list[Proposal]:
+    """Propose the best other shifts at the scale and yaw of an answer, and rotated by 90, 180 and 270 degrees.
 
-    The next room of a row, the other wing and the other end of a symmetric hall lie there: what repeats in either map
-    comes up as a peak, whatever method the answer came from.
+    The next room of a row, the other wing and the other end of a symmetric hall are there. Repetitions of either map
+    are peaks of the correlation, whatever method found the answer. The best proposal comes first.
     """
     yaws = [answer.yaw + math.radians(turn) for turn in (0.0, 90.0, 180.0, 270.0)]
-    peaks = correlate(target.layers, source.layers, answer.scale, yaws, most=PEAKS)
+    peaks = correlate(target.layers, source.layers, answer.scale, yaws, settings)
     return [Proposal(peak.target_from_source) for peak in sorted(peaks, key=lambda peak: -peak.score)]

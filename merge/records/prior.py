@@ -1,4 +1,4 @@
-"""Where a map is roughly known to lie before anything is matched."""
+"""Priors: start poses of maps that are roughly known before the merge."""
 
 from __future__ import annotations
 
@@ -10,18 +10,29 @@ import numpy as np
 
 from mapping.geometry.se2 import wrap_angle
 from mapping.geometry.similarity2 import Similarity2
+from merge.records.validation import require_valid
 
 SIGMA = 1.0
-YAW_SIGMA = math.radians(10.0)
-"""How far off the yaw of a prior may be, whatever its shift."""
+"""Standard deviation [m] of a start pose for which none is given."""
 
-WIDEST = 3.0
-"""So many deviations off, an answer contradicts a prior."""
 
-STEP_SHARE = 0.04
-"""Starts of a search lie this share of the smaller map's diagonal apart: refinement reaches further."""
+@dataclass(frozen=True)
+class PriorSettings:
+    """Use of start poses.
 
-MOST_STARTS = 1500
+    - ``yaw_sigma`` [rad]: standard deviation of the yaw of a start pose;
+    - ``max_deviations``: an answer further away than so many standard deviations contradicts the prior;
+    - ``step_share`` [of the smaller map's diagonal]: distance of the starts of a search; refinement reaches further;
+    - ``max_starts``: a search has no more starts.
+    """
+
+    yaw_sigma: float = math.radians(10.0)
+    max_deviations: float = 3.0
+    step_share: float = 0.04
+    max_starts: int = 1500
+
+    def __post_init__(self) -> None:
+        require_valid(self)
 
 
 @dataclass(frozen=True)
@@ -51,29 +62,33 @@ class Prior:
 
 @dataclass(frozen=True)
 class Expected:
-    """Where a source should lie on a target, metres to metres, and the deviation of its shift [m]."""
+    """Expected pose of a source on a target, metres to metres, and the standard deviation of its shift [m]."""
 
     target_from_source: Similarity2
     sigma: float
+    settings: PriorSettings = PriorSettings()
 
     @staticmethod
-    def of(target: Prior, source: Prior) -> Expected:
-        return Expected(
-            target.common_from_map.inverse() @ source.common_from_map, math.hypot(target.sigma, source.sigma)
-        )
+    def of(target: Prior, source: Prior, settings: PriorSettings = PriorSettings()) -> Expected:
+        relative = target.common_from_map.inverse() @ source.common_from_map
+        return Expected(relative, math.hypot(target.sigma, source.sigma), settings)
 
     def allows(self, found: Similarity2) -> bool:
-        """Whether an answer lies within what is known beforehand: where it puts the origin of the source."""
-        away = math.hypot(found.x - self.target_from_source.x, found.y - self.target_from_source.y)
-        turned = abs(wrap_angle(found.yaw - self.target_from_source.yaw))
-        return away <= WIDEST * self.sigma and turned <= WIDEST * YAW_SIGMA
+        """Test if an answer agrees with the prior: by where it puts the origin of the source, and by its yaw."""
+        most = self.settings.max_deviations
+        shift = math.hypot(found.x - self.target_from_source.x, found.y - self.target_from_source.y)
+        turn = abs(wrap_angle(found.yaw - self.target_from_source.yaw))
+        return shift <= most * self.sigma and turn <= most * self.settings.yaw_sigma
 
     def starts(self, diagonal: float, target_metres: Similarity2, source_metres: Similarity2) -> list[Similarity2]:
-        """Places around the expected one, cells to cells, close enough for one of them to be refined to the answer."""
-        step = STEP_SHARE * diagonal * target_metres.scale
+        """List transforms around the expected one, cells to cells, so dense that refinement finds the answer.
+
+        ``diagonal`` is that of the target [cells]; the others go from cells to metres.
+        """
+        step = self.settings.step_share * diagonal * target_metres.scale
         number = max(0, math.ceil(2.0 * self.sigma / step))
-        yaws = [k * YAW_SIGMA for k in range(-2, 3)]
-        while (2 * number + 1) ** 2 * len(yaws) > MOST_STARTS:
+        yaws = [k * self.settings.yaw_sigma for k in range(-2, 3)]
+        while (2 * number + 1) ** 2 * len(yaws) > self.settings.max_starts:
             number -= 1
         shifts = np.linspace(-2.0 * self.sigma, 2.0 * self.sigma, 2 * number + 1) if number else np.zeros(1)
         expected = self.target_from_source
@@ -87,10 +102,12 @@ class Expected:
         ]
 
 
-def expected_places(priors: Sequence[Prior], reference: str | None) -> dict[tuple[str, str], Expected]:
-    """What the priors say of each two maps, both ways round; the reference lies at the origin where it has none.
+def expected_places(
+    priors: Sequence[Prior], reference: str | None, settings: PriorSettings = PriorSettings()
+) -> dict[tuple[str, str], Expected]:
+    """Return the expected pose of each two maps with priors, both ways; a reference without one lies at the origin.
 
-    Raises ``ValueError`` where a map has two, or one stands alone.
+    Raises ``ValueError`` if a map has two priors, or only one map has one.
     """
     names = [prior.name for prior in priors]
     for name in names:
@@ -100,4 +117,4 @@ def expected_places(priors: Sequence[Prior], reference: str | None) -> dict[tupl
         priors = [*priors, Prior(reference, 0.0, 0.0, 0.0, 1e-3)]
     if len(priors) == 1:
         raise ValueError(f"prior: that of {priors[0].name} alone says nothing; give another map's, or the reference")
-    return {(a.name, b.name): Expected.of(a, b) for a in priors for b in priors if a is not b}
+    return {(a.name, b.name): Expected.of(a, b, settings) for a in priors for b in priors if a is not b}

@@ -9,10 +9,10 @@ from mapping.geometry.similarity2 import Similarity2
 
 @dataclass(frozen=True)
 class Proposal:
-    """A transform worth judging, from cells of the source to cells of the target (``PreparedMap``).
+    """A proposed transform, from cells of the source to cells of the target (``PreparedMap``).
 
     ``matches`` and ``inliers`` count point pairs and those that agree; None for a method that matches no points.
-    ``votes`` is how many proposals said nearly the same.
+    ``votes`` counts the proposals that are nearly the same.
     """
 
     target_from_source: Similarity2

@@ -1,4 +1,4 @@
-"""How the walls of two maps lie on one another."""
+"""Overlap of the walls of two maps under a transform, and the alignment score."""
 
 from __future__ import annotations
 
@@ -12,17 +12,9 @@ from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
-from merge.preparation.prepared_map import PreparedMap
-from merge.preparation.surface import Surface, depth_at, facing, nearest_point
-
-FACING_COSINE = 0.5
-
-TOLERANCE_SHARES = (0.014, 0.010, 0.007, 0.0035, 0.002)
-"""Walls this share of the smaller map's diagonal apart may be one wall: from what bent maps need to what crisp ones
-bear."""
-
-TOLERANCE_CELLS = 1.5
-"""Never less than this many cells of the coarser map."""
+from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
+from merge.preparation.surface import Surface, depth_at, nearest_point, normal_cosine
+from merge.verification.settings import WallOverlapSettings
 
 
 @dataclass(frozen=True)
@@ -73,84 +65,100 @@ class WallOverlap:
 
 
 def tolerance_cells(
-    target: PreparedMap, source: PreparedMap, scale: float, share: float = TOLERANCE_SHARES[0]
+    target: PreparedMap,
+    source: PreparedMap,
+    scale: float,
+    settings: WallOverlapSettings = WallOverlapSettings(),
+    level: int = 0,
 ) -> float:
-    """How far apart two walls may lie and still be one, in cells of the target."""
-    diagonal = min(target.diagonal, scale * source.diagonal)
-    return max(TOLERANCE_CELLS * max(1.0, scale), share * diagonal)
+    """Return the largest distance of two walls that count as one, in cells of the target; loosest at level 0."""
+    diagonal = smaller_diagonal(target, source, scale)
+    return max(settings.min_tolerance_cells * max(1.0, scale), settings.tolerance_shares[level] * diagonal)
 
 
 def measure_wall_overlap(
-    target: PreparedMap, source: PreparedMap, target_from_source: Similarity2, most_points: int = 2**31
-) -> WallOverlap:
-    """Lay both surfaces on one another, each on the other, by the loosest tolerance; swapping the maps and inverting
-    gives the same.
-
-    ``most_points`` thins long surfaces evenly, for speed. Blank maps give zeros.
-    """
-    return _compared(target, source, target_from_source, most_points, TOLERANCE_SHARES[:1])[0]
-
-
-def measure_wall_overlap_by_tolerance(
-    target: PreparedMap, source: PreparedMap, target_from_source: Similarity2, most_points: int = 2**31
-) -> tuple[WallOverlap, ...]:
-    """The same by every tolerance, loosest first."""
-    return _compared(target, source, target_from_source, most_points, TOLERANCE_SHARES)
-
-
-def _compared(
     target: PreparedMap,
     source: PreparedMap,
     target_from_source: Similarity2,
-    most_points: int,
-    shares: tuple[float, ...],
+    max_points: int = 2**31,
+    settings: WallOverlapSettings = WallOverlapSettings(),
+) -> WallOverlap:
+    """Measure by the loosest tolerance how the walls of two maps overlap under a transform, cells to cells.
+
+    Swapping the maps and inverting the transform gives the same. ``max_points`` thins long walls evenly, for speed.
+    Blank maps give zeros.
+    """
+    return _measure(target, source, target_from_source, max_points, settings, levels=1)[0]
+
+
+def measure_wall_overlap_by_tolerance(
+    target: PreparedMap,
+    source: PreparedMap,
+    target_from_source: Similarity2,
+    max_points: int = 2**31,
+    settings: WallOverlapSettings = WallOverlapSettings(),
 ) -> tuple[WallOverlap, ...]:
-    scale = target_from_source.scale
-    tolerances = np.array([tolerance_cells(target, source, scale, share) for share in shares])
-    there, scatter = _lay(target, source, target_from_source, tolerances, most_points)
-    back, scatter_back = _lay(source, target, target_from_source.inverse(), tolerances / scale, most_points)
+    """Measure the same by every tolerance, loosest first."""
+    levels = len(settings.tolerance_shares)
+    return _measure(target, source, target_from_source, max_points, settings, levels)
+
+
+def _measure(
+    target: PreparedMap,
+    source: PreparedMap,
+    target_from_source: Similarity2,
+    max_points: int,
+    settings: WallOverlapSettings,
+    levels: int,
+) -> tuple[WallOverlap, ...]:
+    scale, cosine = target_from_source.scale, settings.min_normal_cosine
+    tolerances = np.array([tolerance_cells(target, source, scale, settings, level) for level in range(levels)])
+    back = target_from_source.inverse()
+    there, scatter = _overlay(target, source, target_from_source, tolerances, max_points, cosine)
+    here, scatter_back = _overlay(source, target, back, tolerances / scale, max_points, cosine)
     coarser = max(1.0, scale)
-    isotropy = _lesser_share(scatter * scale + _turned(scatter_back, target_from_source.yaw))
+    isotropy = _isotropy(scatter * scale + _rotated(scatter_back, target_from_source.yaw))
     shorter = min(scale * len(source.points), float(len(target.points))) / coarser
-    lengths = (scale * there + back) / (2.0 * coarser)
+    lengths = (scale * there + here) / (2.0 * coarser)
     return tuple(
         WallOverlap(tolerance / coarser, inlier, opposed, violation, shorter, isotropy)
         for tolerance, (inlier, opposed, violation) in zip(tolerances.tolist(), lengths.tolist(), strict=True)
     )
 
 
-def _lay(
+def _overlay(
     below: PreparedMap,
     above: PreparedMap,
     below_from_above: Similarity2,
     tolerances: NDArray[np.float64],
-    most_points: int,
+    max_points: int,
+    min_cosine: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lengths (K, 3) on walls, opposed and in free; and the sum (2, 2) of n n^T in the frame of the map below."""
-    kept, weight = thinned(len(above.points), most_points)
+    """Return inlier, opposed and violation lengths (K, 3), and the sum (2, 2) of n n^T in the frame of ``below``."""
+    kept, weight = thinned(len(above.points), max_points)
     lengths, (xx, xy, yy) = _count_wall_overlap(
-        below.surface, above.surface, kept, below_from_above.matrix(), tolerances
+        below.surface, above.surface, kept, below_from_above.matrix(), tolerances, min_cosine
     )
     return weight * lengths, weight * np.array([[xx, xy], [xy, yy]])
 
 
 @lru_cache(maxsize=256)
 def thinned(length: int, most: int) -> tuple[NDArray[np.intp], float]:
-    """At most ``most`` indices spread evenly over ``length``, and how many each stands for."""
+    """Return at most ``most`` indices evenly over ``length``, and the number of points that each represents."""
     if length <= most:
         return frozen_array(np.arange(length), np.intp), 1.0
     return frozen_array(np.linspace(0, length - 1, most), np.intp), length / most
 
 
-def _turned(scatter: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
+def _rotated(scatter: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
     rotation = Similarity2(yaw=yaw).matrix()[:, :2]
     return rotation @ scatter @ rotation.T
 
 
-def _lesser_share(scatter: NDArray[np.float64]) -> float:
+def _isotropy(scatter: NDArray[np.float64]) -> float:
     half_trace = float(scatter[0, 0] + scatter[1, 1]) / 2.0
-    apart = math.hypot(float(scatter[0, 0] - scatter[1, 1]) / 2.0, float(scatter[0, 1]))
-    return max(half_trace - apart, 0.0) / (2.0 * half_trace) if half_trace > 0.0 else 0.0
+    radius = math.hypot(float(scatter[0, 0] - scatter[1, 1]) / 2.0, float(scatter[0, 1]))
+    return max(half_trace - radius, 0.0) / (2.0 * half_trace) if half_trace > 0.0 else 0.0
 
 
 @njit(cache=True)
@@ -160,11 +168,12 @@ def _count_wall_overlap(
     kept: NDArray[np.intp],
     matrix: NDArray[np.float64],
     tolerances: NDArray[np.float64],
+    min_cosine: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How the kept points of ``above``, moved by ``matrix`` (2, 3), lie on ``below``, by tolerance, loosest first.
+    """Count the kept points of ``above``, moved by ``matrix`` (2, 3), on ``below``, by tolerance, loosest first.
 
-    Numbers (K, 3) of those on walls that face the same way, just in front of walls that face the other way, and deep
-    in free space; and xx, xy and yy (3,) of the sum of n n^T over those on walls by the first tolerance.
+    Return the numbers (K, 3) of points on walls of the same orientation, just in front of walls of the opposite one,
+    and deep in free space; and xx, xy and yy (3,) of the sum of n n^T over those on walls by the first tolerance.
     """
     scale = math.hypot(matrix[0, 0], matrix[1, 0])
     c, s = matrix[0, 0] / scale, matrix[1, 0] / scale
@@ -175,7 +184,7 @@ def _count_wall_overlap(
         y = matrix[1, 0] * px + matrix[1, 1] * py + matrix[1, 2]
         nx, ny = c * ax - s * ay, s * ax + c * ay
         index, away = nearest_point(below, x, y, nx, ny)
-        if index >= 0 and facing(nx, ny, below[1][index, 0], below[1][index, 1]) <= FACING_COSINE:
+        if index >= 0 and normal_cosine(nx, ny, below[1][index, 0], below[1][index, 1]) <= min_cosine:
             away = math.inf
         if away <= tolerances[0]:
             scatter[0] += nx * nx
@@ -184,7 +193,7 @@ def _count_wall_overlap(
         if away <= tolerances[-1]:
             counts[:, 0] += 1.0
             continue
-        across, opposed = _behind_or_in_front(below, x, y, nx, ny)
+        across, opposed = _nearest_opposed(below, x, y, nx, ny, min_cosine)
         deep = depth_at(below, x, y)
         for level, tolerance in enumerate(tolerances):
             if away <= tolerance:
@@ -197,11 +206,11 @@ def _count_wall_overlap(
 
 
 @njit(cache=True)
-def _behind_or_in_front(below: Surface, x: float, y: float, nx: float, ny: float) -> tuple[float, bool]:
-    """Distance to the nearest surface that faces about the other way, and whether (x, y) lies in front of it."""
+def _nearest_opposed(below: Surface, x: float, y: float, nx: float, ny: float, min_cosine: float) -> tuple[float, bool]:
+    """Return the distance to the nearest wall of the opposite orientation, and True if (x, y) is in front of it."""
     index, distance = nearest_point(below, x, y, -nx, -ny)
     if index < 0:
         return distance, False
     qx, qy = below[1][index, 0], below[1][index, 1]
     in_front = (x - below[0][index, 0]) * qx + (y - below[0][index, 1]) * qy > 0.0
-    return distance, in_front and facing(nx, ny, qx, qy) < -FACING_COSINE
+    return distance, in_front and normal_cosine(nx, ny, qx, qy) < -min_cosine

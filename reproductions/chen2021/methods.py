@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mapping.geometry.scale_range import ScaleRange
-from merge.methods import PROPOSERS
+from merge.methods import method_names
 from merge.settings import MergeSettings
 
 AS_PUBLISHED = ("sift", "sift_orb", "morphology")
@@ -19,8 +19,8 @@ SCALE = ScaleRange.free()
 def study_methods() -> tuple[MergeSettings, ...]:
     """List the pipelines of the thesis as published, then every method with the common acceptance."""
     published = tuple(MergeSettings(name, SCALE, as_published=True) for name in AS_PUBLISHED)
-    first = [name for name in AS_PUBLISHED if name in PROPOSERS]
-    rest = [name for name in PROPOSERS if name not in first]
+    first = [name for name in AS_PUBLISHED if name in method_names()]
+    rest = [name for name in method_names() if name not in first]
     return published + tuple(MergeSettings(name, SCALE) for name in (*first, *rest))
 
 

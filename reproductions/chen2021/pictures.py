@@ -19,9 +19,9 @@ from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS, WALL, picture
 from merge.literature.chen2021.morphology import CorrectedMap
 from merge.literature.chen2021.sift import Features, Sift
-from merge.pair.feature_cache import MARGIN_CELLS
 from merge.preparation.map_image import pixels_from_cells, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.settings import PreparationSettings
 from reproductions.chen2021.answers import CaseAnswer
 from reproductions.chen2021.cases import Case, Place
 from reproductions.chen2021.make import Study
@@ -131,7 +131,7 @@ def _corners(
 
 
 def _chart(grid: OccupancyGrid) -> PreparedMap:
-    cropped = grid.cropped(MARGIN_CELLS)
+    cropped = grid.cropped(PreparationSettings.border_cells)
     return PreparedMap(OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds))
 
 
@@ -147,7 +147,7 @@ def _near(
     truth: Similarity2,
 ) -> NDArray[np.bool_]:
     """Which matched cells of the charts (M, 2) lie on one another under the truth."""
-    target, source = (grid.cropped(MARGIN_CELLS).frame for grid in grids)
+    target, source = (grid.cropped(PreparationSettings.border_cells).frame for grid in grids)
     metres = [
         Similarity2.from_se2(frame.origin, frame.resolution).apply(cells)
         for frame, cells in ((target, there), (source, here))

@@ -13,10 +13,10 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.pixel_matrix import pixel_matrix
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange, merge_maps
-from merge.pair.feature_cache import FeatureCache
 from merge.pair.matching import PairTask, _at_another_scale
+from merge.preparation.settings import PreparationSettings
 from merge.records.verdict import Reason
-from merge.verification.acceptance import AcceptanceSettings
+from merge.verification.settings import AcceptanceSettings
 from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
 
 QUILT = MergeSettings(method="quilt")
@@ -133,7 +133,7 @@ def test_maps_that_fit_at_the_stated_scale_fit_at_no_other(known):
     maps, _, result = known
     assert result.pairs[0].accepted
     task = PairTask.of(maps, 0, 1, ScaleRange.known(), QUILT, 0)
-    assert _at_another_scale(task, task.sheets(FeatureCache(), task.methods)) is None
+    assert _at_another_scale(task, task.features(None)) is None
 
 
 def test_maps_that_fit_only_at_another_scale_are_refused_with_that_reason(known):
@@ -361,10 +361,10 @@ def test_unknown_cells_around_a_map_change_nothing(known):
 
 
 @pytest.mark.parametrize("most", [20_000, 60_000])
-def test_large_maps_are_matched_in_coarser_cells(monkeypatch, most):
+def test_large_maps_are_matched_in_coarser_cells(most):
     maps, frames = team(5, scale=(0.7, 0.7), honest=False)
-    monkeypatch.setattr("merge.pair.feature_cache.MOST_CELLS", most)
-    pair = quilted(maps).pairs[0]
+    settings = MergeSettings(preparation=PreparationSettings(max_cells=most))
+    pair = quilted(maps, settings).pairs[0]
     assert pair.accepted, pair.reason
     assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.5
     np.testing.assert_allclose(

@@ -15,7 +15,8 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.json_file import read_record, write_record
 from merge.records.result import Evidence
-from merge.verification.acceptance import AcceptanceSettings, decide
+from merge.verification.acceptance import decide
+from merge.verification.settings import AcceptanceSettings
 from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
 
 TRUE = AcceptanceSettings(margin_weight=24.0, contradiction_weight=90.0, threshold=2.0)

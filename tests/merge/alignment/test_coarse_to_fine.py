@@ -5,7 +5,8 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.coarse_to_fine import CoarseToFineSettings, refine
+from merge.alignment.coarse_to_fine import refine
+from merge.alignment.settings import CoarseToFineSettings
 from merge.preparation.prepared_map import PreparedMap
 from merge.verification.wall_overlap import measure_wall_overlap
 from tests.merge.rooms import observed, rooms, viewpoints
@@ -47,7 +48,7 @@ def test_a_start_nearby_ends_within_half_a_cell(charts, shift, turn, growth):
 
 def test_swapping_the_maps_refines_to_the_inverse(charts):
     target, source, _ = charts
-    start, all_points = displaced(charts), CoarseToFineSettings(most_points=10**6)
+    start, all_points = displaced(charts), CoarseToFineSettings(max_points=10**6)
     there = refine(target, source, start, ScaleRange.free(), all_points)
     back = refine(source, target, start.inverse(), ScaleRange.free().inverse(), all_points)
     apart = there.apply(source.points) - back.inverse().apply(source.points)

@@ -5,7 +5,7 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.alignment.deduplication import apart, merged
+from merge.alignment.deduplication import deduplicate, rms_displacement
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.proposal import Proposal
 from tests.merge.rooms import rooms
@@ -21,7 +21,7 @@ def chart():
 def test_the_distance_of_two_transforms_is_that_of_the_points_they_move(chart):
     a, b = Similarity2(3.0, -4.0, 0.3, 1.2), Similarity2(-10.0, 20.0, 0.5, 0.9)
     moved = np.hypot(*(a.apply(chart.points) - b.apply(chart.points)).T)
-    found = apart(chart, [a, b])
+    found = rms_displacement(chart, [a, b])
     assert found[0, 1] == pytest.approx(np.sqrt((moved**2).mean()))
     assert found[0, 0] == 0.0 and found[1, 0] == found[0, 1]
 
@@ -29,6 +29,6 @@ def test_the_distance_of_two_transforms_is_that_of_the_points_they_move(chart):
 def test_near_duplicates_become_votes_of_the_first(chart):
     near = 0.01 * chart.diagonal
     proposals = [Proposal(Similarity2(x)) for x in (0.0, near, 500.0, -near, 500.0 + near, 900.0)]
-    kept = merged(chart, chart, proposals)
+    kept = deduplicate(chart, chart, proposals, 0.035)
     assert [(p.target_from_source.x, p.votes) for p in kept] == [(0.0, 3), (500.0, 2), (900.0, 1)]
-    assert merged(chart, chart, []) == []
+    assert deduplicate(chart, chart, [], 0.035) == []

@@ -8,10 +8,12 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.deduplication import apart
-from merge.alignment.hypotheses import BORNE, Hypothesis, best_first, candidates, sharpest
+from merge.alignment.deduplication import rms_displacement
+from merge.alignment.hypotheses import Hypothesis, ranked, refine_proposals, tightest_tolerance
+from merge.alignment.settings import HypothesisSettings
 from merge.records.proposal import Proposal
-from merge.verification.wall_overlap import TOLERANCE_SHARES, WallOverlap
+from merge.verification.settings import WallOverlapSettings
+from merge.verification.wall_overlap import WallOverlap
 from tests.merge.rooms import cave, rooms, two_charts
 
 LAID = WallOverlap(
@@ -31,26 +33,27 @@ BENT = candidate(900.0, 700.0, 500.0, 300.0, 200.0)
 
 
 def test_crisp_maps_are_judged_by_the_tightest_tolerance_and_bent_ones_by_the_loosest():
-    assert sharpest([CRISP]) == len(TOLERANCE_SHARES) - 1
-    assert sharpest([BENT]) == 0
-    assert sharpest([]) == len(TOLERANCE_SHARES) - 1
+    assert tightest_tolerance([CRISP]) == len(WallOverlapSettings.tolerance_shares) - 1
+    assert tightest_tolerance([BENT]) == 0
+    assert tightest_tolerance([]) == len(WallOverlapSettings.tolerance_shares) - 1
 
 
 def test_a_place_that_only_resembles_the_right_one_comes_second():
-    assert ALIKE.walls.score > CRISP.walls.score  # by the loosest tolerance it would come first
-    assert best_first([ALIKE, CRISP]) == [CRISP, ALIKE]
+    assert ALIKE.overlap.score > CRISP.overlap.score  # by the loosest tolerance it would come first
+    assert ranked([ALIKE, CRISP]) == [CRISP, ALIKE]
 
 
-def test_a_tolerance_is_borne_where_one_candidate_keeps_its_agreement():
-    share = 1000.0 * (BORNE + 0.01) ** (3.0 / 7.0)  # agreement goes with the power 2 + 1/3 of the share on walls
-    assert sharpest([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 1
-    share = 1000.0 * (BORNE - 0.01) ** (3.0 / 7.0)
-    assert sharpest([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 0
+def test_a_tolerance_is_met_if_one_hypothesis_keeps_its_score():
+    # the score is the power 2 + 1/3 of the inlier ratio
+    share = 1000.0 * (HypothesisSettings.min_tolerance_score + 0.01) ** (3.0 / 7.0)
+    assert tightest_tolerance([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 1
+    share = 1000.0 * (HypothesisSettings.min_tolerance_score - 0.01) ** (3.0 / 7.0)
+    assert tightest_tolerance([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 0
 
 
 @pytest.mark.parametrize("order", [(ALIKE, BENT, CRISP), (CRISP, ALIKE, BENT)])
 def test_the_order_in_which_candidates_come_does_not_matter(order):
-    assert best_first(order) == [CRISP, ALIKE, BENT]
+    assert ranked(order) == [CRISP, ALIKE, BENT]
 
 
 @pytest.mark.parametrize("build", [rooms, cave])
@@ -66,6 +69,6 @@ def test_a_proposal_that_lies_near_the_truth_is_found_among_hundreds_that_do_not
         place = middle + (np.array([6.0, -5.0]) if near else rng.uniform(-reach, reach, 2))
         corner = place - Similarity2(yaw=yaw, scale=scale).apply(source.middle)
         proposals.append(Proposal(Similarity2(*corner.tolist(), yaw, scale)))
-    found = candidates(target, source, proposals, ScaleRange.free())
-    assert apart(source, [truth, found[0].target_from_source])[0, 1] < 1.0  # cells
-    assert apart(source, [truth, proposals[250].target_from_source])[0, 1] > 8.0
+    found = refine_proposals(target, source, proposals, ScaleRange.free())
+    assert rms_displacement(source, [truth, found[0].target_from_source])[0, 1] < 1.0  # cells
+    assert rms_displacement(source, [truth, proposals[250].target_from_source])[0, 1] > 8.0

@@ -5,8 +5,9 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.deduplication import apart
-from merge.alignment.icp import LINE_SHARE, icp_batch
+from merge.alignment.deduplication import rms_displacement
+from merge.alignment.icp import icp_batch
+from merge.alignment.settings import IcpSettings
 from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import cave, rooms, two_charts
 
@@ -38,8 +39,8 @@ def test_starts_nearby_all_end_at_the_truth(charts):
     target, source, truth = charts
     begun = starts(truth, source)
     ended = icp_batch(target, source, begun, np.tile(GATES, (len(begun), 1)), FREE, 200)
-    off = apart(source, [truth, *ended])[0, 1:]
-    assert np.median(apart(source, [truth, *begun])[0, 1:]) > 5.0
+    off = rms_displacement(source, [truth, *ended])[0, 1:]
+    assert np.median(rms_displacement(source, [truth, *begun])[0, 1:]) > 5.0
     assert np.quantile(off, 0.75) < 1.0  # cells
 
 
@@ -66,7 +67,7 @@ def test_a_step_is_that_of_the_normal_equations_written_out(charts):
     def add(place, error, normal, weight):
         arm = place - centre
         moves = np.array([[1.0, 0.0, -arm[1], arm[0]], [0.0, 1.0, arm[0], arm[1]]])
-        weigh = LINE_SHARE * np.outer(normal, normal) + (1.0 - LINE_SHARE) * np.eye(2)
+        weigh = IcpSettings.line_weight * np.outer(normal, normal) + (1.0 - IcpSettings.line_weight) * np.eye(2)
         hessian[:] += weight * moves.T @ weigh @ moves
         gradient[:] += weight * moves.T @ weigh @ error
 
@@ -88,7 +89,7 @@ def test_a_step_is_that_of_the_normal_equations_written_out(charts):
     x, y, turn, growth = np.linalg.solve(hessian, gradient)
     expected = displaced(start, source, (x, y), math.degrees(turn), math.exp(growth))
     (found,) = icp_batch(target, source, [start], np.array([[gate]]), FREE, 10**6)
-    assert apart(source, [expected, found])[0, 1] < 0.05 * apart(source, [expected, start])[0, 1]
+    assert rms_displacement(source, [expected, found])[0, 1] < 0.05 * rms_displacement(source, [expected, start])[0, 1]
 
 
 def alike(one, other):
@@ -119,7 +120,7 @@ def test_a_known_scale_is_kept_and_a_bound_not_passed(charts):
 def test_what_pairs_nothing_stays(charts):
     target, source, truth = charts
     far = Similarity2(1e6, 0.0, 1.0, truth.scale)
-    assert apart(source, [far, *icp_batch(target, source, [far], GATES[None], FREE, 200)])[0, 1] < 1e-6
+    assert rms_displacement(source, [far, *icp_batch(target, source, [far], GATES[None], FREE, 200)])[0, 1] < 1e-6
     blank = PreparedMap(type(target.grid)(target.grid.frame, np.zeros_like(target.grid.log_odds)))
     assert icp_batch(target, blank, [truth], GATES[None], FREE, 200) == [truth]
     assert icp_batch(target, source, [], np.empty((0, 8)), FREE, 200) == []

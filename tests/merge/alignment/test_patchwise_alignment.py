@@ -8,6 +8,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.patchwise_alignment import align_patchwise
+from merge.alignment.settings import AlignmentSettings, PatchwiseSettings
 from merge.preparation.prepared_map import PreparedMap
 from tests.merge.rooms import observed, rooms, viewpoints
 
@@ -30,7 +31,9 @@ def bent(grid, sagitta):
 def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
     target, source = PreparedMap(bent(grid, 9.0)), PreparedMap(grid)
     truth, start = Similarity2(12.0), Similarity2(9.0, 2.0, math.radians(0.7))
-    found = align_patchwise(target, source, start, ScaleRange.known(), rounds=4)
+    found = align_patchwise(
+        target, source, start, ScaleRange.known(), AlignmentSettings(patchwise=PatchwiseSettings(rounds=4))
+    )
 
     def off(answer):
         return np.hypot(*(answer.apply(source.points) - truth.apply(source.points)).T).mean()

@@ -11,7 +11,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge.literature.published import judged, nothing_found
 from merge.merger import match_maps, merge_maps
-from merge.methods import PROPOSERS, PUBLISHED
+from merge.methods import ProposerSettings, method_names, proposers_of, published_names, published_of
 from merge.preparation.prepared_map import PreparedMap
 from merge.settings import MergeSettings
 from tests.merge.literature.crisp import crisp_pair
@@ -27,7 +27,7 @@ def maps():
 
 
 def test_every_published_method_is_a_proposer_too():
-    assert set(PUBLISHED) <= set(PROPOSERS)
+    assert set(published_names()) <= set(method_names())
 
 
 def test_the_answer_as_published_bears_no_evidence_of_the_judge(maps):
@@ -93,14 +93,14 @@ def odd_maps():
     }
 
 
-@pytest.mark.parametrize("name", sorted(PUBLISHED))
+@pytest.mark.parametrize("name", sorted(published_names()))
 def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name):
-    method = PUBLISHED[name]
+    method = published_of(name, ProposerSettings())
     grids = [
         OccupancyGrid(GridFrame(1.0, SE2(), cells.shape), cells.astype(np.float32)) for cells in odd_maps().values()
     ]
     described = [method.describe(PreparedMap(grid)) for grid in grids]
-    (proposer,) = PROPOSERS[name]
+    (proposer,) = proposers_of(name, ProposerSettings())
     for target, source in zip(described, (*described[1:], described[0]), strict=True):
         answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))
         assert 0.0 <= answer.verdict.confidence <= 1.0

@@ -8,7 +8,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.correlation import correlate
+from merge.proposers.correlation import CorrelationSettings, correlate
 from tests.merge.rooms import rooms
 
 
@@ -55,7 +55,7 @@ def faced(side):
 def test_the_side_that_a_wall_is_seen_from_counts():
     above, below = chart(faced(1)), chart(faced(-1))
     same = correlate(above.layers, above.layers, 1.0, [0.0])[0]
-    other = correlate(above.layers, below.layers, 1.0, [0.0], most=50)
+    other = correlate(above.layers, below.layers, 1.0, [0.0], CorrelationSettings(peaks=50))
     assert near_nought(same)
     assert max((peak.score for peak in other if near_nought(peak)), default=0.0) < 0.2 * same.score
 

@@ -3,7 +3,7 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.proposers.normal_correlation import FacingWalls, NormalCorrelation, scales
+from merge.proposers.normal_correlation import NormalCorrelation, WallRasters, scales
 from tests.merge.rooms import cave, rooms, two_charts
 
 RNG = np.random.default_rng(0)
@@ -33,7 +33,7 @@ def test_where_no_direction_is_likely_all_are_tried():
     without_walls = [np.zeros(180)] * 2
     method = NormalCorrelation()
     descriptions = [
-        FacingWalls(method.describe(chart).layers, walls)
+        WallRasters(method.describe(chart).layers, walls)
         for chart, walls in zip((target, source), without_walls, strict=True)
     ]
     proposals = method.propose(*descriptions, ScaleRange.known(), RNG)

@@ -47,7 +47,7 @@ def test_a_blank_map_is_proposed_nothing(world):
         assert method.propose(target, source, ScaleRange.free(), np.random.default_rng(0)) == ()
 
 
-@pytest.mark.parametrize(("field", "value"), [("ratio", 0.0), ("features", 0)])
+@pytest.mark.parametrize(("field", "value"), [("ratio", 1.5), ("features", 0)])
 def test_a_bad_setting_is_named(field, value):
     with pytest.raises(ValueError, match=f"{field} is {value}"):
         Orb(**{field: value})

@@ -5,7 +5,7 @@ import pytest
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.orientation_histogram import correlated, likely_yaws, wall_directions
+from merge.proposers.orientation_histogram import correlate_histograms, likely_yaws, orientation_histogram
 from tests.merge.rooms import cave, observed, rooms, viewpoints
 
 
@@ -27,7 +27,7 @@ def off_deg(yaws, yaw):
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -2.0, 3.0])
 def test_the_turn_of_rectilinear_maps_is_among_few(yaw):
     target, source = charts(rooms, 3, yaw)
-    yaws = likely_yaws(wall_directions(target.normals), wall_directions(source.normals))
+    yaws = likely_yaws(orientation_histogram(target.normals), orientation_histogram(source.normals))
     assert len(yaws) <= 8
     assert off_deg(yaws, yaw) < 2.0
 
@@ -35,21 +35,21 @@ def test_the_turn_of_rectilinear_maps_is_among_few(yaw):
 @pytest.mark.parametrize("seed", range(3))
 def test_the_turn_of_caves_is_among_few(seed):
     target, source = charts(cave, seed, 1.3)
-    yaws = likely_yaws(wall_directions(target.normals), wall_directions(source.normals))
+    yaws = likely_yaws(orientation_histogram(target.normals), orientation_histogram(source.normals))
     assert len(yaws) <= 8
     assert off_deg(yaws, 1.3) < 7.0
 
 
 def test_turning_the_source_back_moves_the_correlation_by_as_many_degrees():
     angles = np.radians(np.concatenate((np.full(60, 20.3), np.full(30, 71.3), np.full(10, 140.3))))
-    target = wall_directions(np.stack((np.cos(angles), np.sin(angles)), axis=-1))
-    source = wall_directions(np.stack((np.cos(angles - 0.9), np.sin(angles - 0.9)), axis=-1))
-    assert correlated(target, source).argmax() == round(math.degrees(0.9))
-    assert correlated(source, target).argmax() == 180 - round(math.degrees(0.9))
-    assert correlated(target, target).max() == pytest.approx(1.0)
+    target = orientation_histogram(np.stack((np.cos(angles), np.sin(angles)), axis=-1))
+    source = orientation_histogram(np.stack((np.cos(angles - 0.9), np.sin(angles - 0.9)), axis=-1))
+    assert correlate_histograms(target, source).argmax() == round(math.degrees(0.9))
+    assert correlate_histograms(source, target).argmax() == 180 - round(math.degrees(0.9))
+    assert correlate_histograms(target, target).max() == pytest.approx(1.0)
 
 
 def test_without_walls_nothing_is_likely():
-    blank = wall_directions(np.zeros((5, 2)))
+    blank = orientation_histogram(np.zeros((5, 2)))
     assert not blank.any()
     assert likely_yaws(blank, blank) == []

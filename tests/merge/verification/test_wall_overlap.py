@@ -8,7 +8,8 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.preparation.prepared_map import SECTOR_COSINE, PreparedMap
+from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.settings import PreparationSettings
 from merge.preparation.surface import nearest_point
 from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cells
 from tests.merge.rooms import observed, rooms, viewpoints
@@ -41,7 +42,7 @@ def test_the_nearest_surface_that_faces_a_way_is_that_of_an_exhaustive_search(ax
     rng = np.random.default_rng(0)
     values = rng.choice([100, 0, -1], (30, 40), p=[0.03, 0.8, 0.17])
     found = chart(values)
-    members = found.points[(found.normals @ axis > SECTOR_COSINE) | ~found.normals.any(axis=1)]
+    members = found.points[(found.normals @ axis > PreparationSettings.sector_cosine) | ~found.normals.any(axis=1)]
     for x, y in rng.uniform((-1, -1), (41, 31), (100, 2)):
         _, distance = nearest_point(found.surface, x, y, *map(float, axis))
         exhaustive = np.hypot(*(np.array([x, y]) - members).T).min()

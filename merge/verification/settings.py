@@ -1,0 +1,102 @@
+"""Settings of the measurements and of the acceptance of an answer."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from merge.records.validation import require_valid
+
+
+@dataclass(frozen=True)
+class WallOverlapSettings:
+    """When two walls count as one.
+
+    - ``tolerance_shares`` [of the smaller map's diagonal]: the walls may be so far apart, loosest first: from what
+      distorted maps need to what crisp maps meet;
+    - ``min_tolerance_cells``: the tolerance is at least so many cells of the coarser map;
+    - ``min_normal_cosine``: cosine of the largest angle between the normals; 0.5 is 60 degrees.
+    """
+
+    tolerance_shares: tuple[float, ...] = (0.014, 0.010, 0.007, 0.0035, 0.002)
+    min_tolerance_cells: float = 1.5
+    min_normal_cosine: float = 0.5
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("min_normal_cosine",))
+        if sorted(self.tolerance_shares, reverse=True) != list(self.tolerance_shares):
+            raise ValueError(f"WallOverlapSettings: tolerance_shares is {self.tolerance_shares}, must not rise")
+
+
+@dataclass(frozen=True)
+class UncertaintySettings:
+    """The covariance of an answer.
+
+    - ``patch_share`` [of the smaller map's diagonal]: side of a patch whose walls have one common error;
+    - ``variance_inflation``: factor on the variance that the patches show, because drift makes the errors of
+      neighbours dependent; with 8 the mean normalised squared error is about 4, its number of parameters, on generated
+      pairs at noise 1;
+    - ``patch_sigma_cells``: least standard deviation of a patch, in cells of the coarser map, because walls lie
+      between cells;
+    - ``cell_sigma_cells``: standard deviation of each wall cell by itself, in cells of the coarser map, because a
+      raster rounds it;
+    - ``min_normal_isotropy``: below it all matched walls are taken as parallel: what they say of a shift along
+      themselves is the raggedness of their cells; as in ``AcceptanceSettings``;
+    - ``max_points``: wall points that are paired;
+    - ``gate_tolerances``: two walls are paired if they are at most so many of the loosest tolerances apart;
+    - ``log_scale_sigma``: standard deviation of the log scale where nothing determines it.
+    """
+
+    patch_share: float = 0.25
+    variance_inflation: float = 8.0
+    patch_sigma_cells: float = 0.15
+    cell_sigma_cells: float = 0.3
+    min_normal_isotropy: float = 0.08
+    max_points: int = 4000
+    gate_tolerances: float = 2.0
+    log_scale_sigma: float = math.log(2.0)
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("min_normal_isotropy",))
+
+
+@dataclass(frozen=True)
+class AcceptanceSettings:
+    """Constants of ``decide``; lengths in cells of the coarser map.
+
+    The log-odds that the answer is right are ``margin_weight`` times the margin, less ``contradiction_weight`` times
+    the contradiction, less ``threshold``. The margin is the score less the second best score. The contradiction is the
+    share of walls deep in free space times the overlap. All three were fitted to generated pairs by ``mapquilt
+    calibrate``; then the threshold was raised by 0.4, because more pairs of a team do not match than the third that
+    the fit assumes. (The fit gave the score itself no weight beside the margin.)
+
+    - ``margin_cap``: a larger margin counts as this, or a poor answer would pass for want of any other;
+    - ``contradiction_cap``: a larger contradiction counts as this, or no distorted map would pass;
+    - ``min_inlier_length_cells``, ``min_normal_isotropy``: the matched walls must be so long, and run in more than one
+      direction;
+    - ``min_overlap``: the maps must share this fraction of the area that the smaller one knows;
+    - ``min_score``: an answer that scores less is refused, whether there is a second best or not;
+    - ``min_relative_margin``: the margin must be this fraction of the score, however good the rest;
+    - ``min_confidence``: an answer of less confidence is refused.
+    - ``missing_log_odds``: an answer that fails one of these minima has less than minus this log-odds.
+    """
+
+    margin_weight: float = 24.75
+    contradiction_weight: float = 134.4
+    threshold: float = -0.5
+    margin_cap: float = 0.25
+    contradiction_cap: float = 0.03
+    min_inlier_length_cells: float = 50.0
+    min_normal_isotropy: float = 0.08
+    min_overlap: float = 0.1
+    min_score: float = 0.4
+    min_relative_margin: float = 0.1
+    min_confidence: float = 0.6
+    missing_log_odds: float = 2.0
+
+    def __post_init__(self) -> None:
+        signed, shares = ("threshold",), ("min_confidence",)
+        names = (field.name for field in dataclasses.fields(self))
+        not_negative = tuple(name for name in names if name not in signed + shares)
+        require_valid(self, not_negative=not_negative, shares=shares, signed=signed)
