@@ -1,4 +1,4 @@
-"""Grids in; transforms, verdicts and one grid out. Knows no simulator and no truth."""
+"""Merging of occupancy grids: grids in; transforms, verdicts and one grid out."""
 
 from mapping.geometry.scale_range import ScaleRange
 from merge.merger import Progress, merge_maps

@@ -1,4 +1,4 @@
-"""Several maps in one grid, and where they contradict one another."""
+"""Fusion of several maps into one grid, and their conflicts."""
 
 from __future__ import annotations
 
@@ -33,8 +33,11 @@ Raster = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Fused:
-    """The merged map, and on the same cells where its maps ``conflict``: occupied where one shows a wall deep in what
-    another shows free, free where two or more know the cell and agree, unknown where fewer do."""
+    """The merged map, and on the same cells the ``conflicts`` of its maps.
+
+    A cell is occupied if one map shows a wall deep in the free space of another, free if two or more maps know it and
+    agree, and unknown otherwise.
+    """
 
     merged: OccupancyGrid
     conflicts: OccupancyGrid
@@ -43,24 +46,23 @@ class Fused:
 def fuse(
     reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
 ) -> OccupancyGrid:
-    """Join maps, each with its ``reference_from_map``, in the reference's frame and resolution: see
-    ``fuse_and_compare``."""
+    """Fuse maps, each with its ``reference_from_map``, in the frame of the reference: see ``fuse_and_compare``."""
     return fuse_and_compare(reference, grids, fusion).merged
 
 
 def fuse_and_compare(
     reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
 ) -> Fused:
-    """Join maps, each with its ``reference_from_map``, in the reference's frame and resolution, in any order.
+    """Fuse maps, each with its ``reference_from_map``, in the frame and resolution of the reference.
 
-    - ``log_odds`` adds up evidence, which in log-odds is a sum where it is independent (Moravec 1988);
-    - ``least_entropy`` keeps of a cell's probabilities, and their mean, that of least Shannon entropy (Chen 2021,
-      appendix A). Entropy is concave, so the mean never has less than the surest: the surest map has its way, and
-      occupied where two are as sure of opposites;
-    - ``max`` keeps the most occupied (m-explore).
+    - ``log_odds``: sum of the log-odds, right for independent evidence (Moravec 1988);
+    - ``least_entropy``: of a cell's probabilities and their mean, the one of least Shannon entropy (Chen 2021, appendix
+      A). Entropy is concave, so the mean never has the least: the most certain map wins, and occupied if two are
+      equally certain of opposites;
+    - ``max``: the most occupied (m-explore).
 
-    The grid is the reference's, with its cells and its origin's yaw, grown by whole cells to hold all maps; each map is
-    looked up there by ``resampled``, so that thin walls of finer maps stay.
+    The order of the maps does not matter. The grid is the reference's, grown by whole cells to hold all maps. Each map
+    is sampled by ``resampled``, so that thin walls of finer maps stay.
     """
     frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
     total = np.zeros(frame.shape, dtype=np.float32)
@@ -103,13 +105,13 @@ _RULES: dict[FusionName, Callable[[Raster, Raster, NDArray[np.bool_]], None]] = 
 
 
 def _inner(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Free cells with nothing else around them: walls that lie a cell off are no conflict."""
+    """Erode the free cells, because walls that are one cell off are no conflict."""
     inner: NDArray[np.bool_] = ndimage.binary_erosion(free, np.ones((3, 3), bool))
     return inner
 
 
 def finest(reference: GridFrame, resolutions: Sequence[float]) -> GridFrame:
-    """The reference's raster, in cells as fine as the finest of these resolutions, in its metres."""
+    """Refine the reference frame to the finest of these resolutions, in its metres."""
     resolution = min(reference.resolution, *resolutions) if resolutions else reference.resolution
     if resolution > reference.resolution * (1.0 - 1e-6):
         return reference
@@ -124,7 +126,7 @@ def _corners(reference_from_map: Similarity2, grid: OccupancyGrid) -> NDArray[np
 
 
 def _box(frame: GridFrame, corners: NDArray[np.float64]) -> tuple[slice, slice]:
-    """The rows and cols of the frame that a map with those corners lies on, and one more on each side."""
+    """Return the rows and columns of the frame that a map with these corners covers, and one more on each side."""
     cells = frame.origin.inverse().apply(corners) / frame.resolution
     low = np.maximum(np.floor(cells.min(axis=0)).astype(int) - 1, 0)
     high = np.minimum(np.ceil(cells.max(axis=0)).astype(int) + 1, frame.shape[::-1])

@@ -14,8 +14,8 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from merge.literature.chen2021.corner_consensus import Agreement
-from merge.literature.chen2021.morphology import CorrectedMap, Morphology, one_a_quarter
+from merge.literature.chen2021.corner_consensus import CornerMatch
+from merge.literature.chen2021.morphology import CorrectedMap, Morphology, best_of_each_quadrant
 from merge.literature.chen2021.wall_icp import icp
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.settings import PreparationSettings
@@ -27,7 +27,7 @@ class Settled:
     """One quarter turn's agreement, where ICP settled it, and the acceptance index before and after; None without a
     common cell. Transforms take cells to cells."""
 
-    agreement: Agreement
+    agreement: CornerMatch
     target_from_source: Similarity2
     index_before: float | None
     index: float | None
@@ -76,7 +76,7 @@ def settled(target: CorrectedMap, source: CorrectedMap, scale: ScaleRange) -> tu
     """The best agreement of each quarter turn with what ICP makes of it, the greatest index first."""
     method = Morphology()
     found = []
-    for each in one_a_quarter(method.agreed(target, source, scale)):
+    for each in best_of_each_quadrant(method.agreed(target, source, scale)):
         place = icp(target.walls, source.walls, each.target_from_source, scale, method.icp)
         indices = [
             compare_cells(target.grid, source.grid, t).acceptance_index for t in (each.target_from_source, place)

@@ -1,1 +1,1 @@
-"""Alignment: candidate transforms refined on the walls of both maps."""
+"""Alignment: proposals refined on the walls of both maps."""

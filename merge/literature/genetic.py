@@ -1,4 +1,4 @@
-"""Map merging by a genetic algorithm on how consistent two maps are."""
+"""Map merging by a genetic algorithm that maximises the consistency of two maps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.poses import Poses, matrices
-from merge.literature.published import judged, nothing_found
+from merge.literature.published import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
@@ -22,8 +22,11 @@ from merge.verification.cell_overlap import centres
 
 @dataclass(frozen=True, eq=False)
 class Likelihood:
-    """How likely each cell is occupied, (rows, cols) in -1 (free) to 1 (a wall), 0 unknown, walls being widened, much
-    and less and little; the sampled centres (N, 2) of occupied cells, and the middle (2,) of them all."""
+    """Occupancy likelihood of a map.
+
+    ``fields`` are rasters (rows, cols) in -1 (free) to 1 (wall), 0 unknown, walls blurred by each of ``blurs_cells``;
+    then the sampled centres (N, 2) of occupied cells, and the mean (2,) of them all.
+    """
 
     fields: tuple[NDArray[np.float32], ...]
     walls: NDArray[np.float64]
@@ -68,7 +71,7 @@ class Genetic:
             raise ValueError(f"Genetic: blurs_cells is {self.blurs_cells}, must be positive and finite")
 
     def describe(self, chart: PreparedMap) -> Likelihood:
-        """The map's likelihood field and a sample of its walls."""
+        """Compute the map's likelihood fields, and sample its walls."""
         grid = chart.grid
         points = centres(grid.occupied)
         kept = np.linspace(0, len(points) - 1, min(len(points), self.walls)).astype(np.intp)
@@ -79,7 +82,7 @@ class Genetic:
     def propose(
         self, target: Likelihood, source: Likelihood, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """The fittest of the last generation, best first; empty where a map has no wall."""
+        """Propose the fittest of the last generation, best first; none if a map has no wall."""
         if not len(target.walls) or not len(source.walls):
             return ()
         poses, _ = self._evolved(target, source, scale.middle, rng)
@@ -89,17 +92,17 @@ class Genetic:
     def published(
         self, target: Likelihood, source: Likelihood, scale: ScaleRange, rng: np.random.Generator
     ) -> PairAnswer:
-        """The fittest individual of the last generation."""
+        """Return the fittest individual of the last generation."""
         if not len(target.walls) or not len(source.walls):
-            return nothing_found()
+            return no_answer()
         poses, fitness = self._evolved(target, source, scale.middle, rng)
         best = Similarity2.from_matrix(matrices(poses[:1], source.middle, scale.middle)[0])
-        return judged(best, "the consistency", max(0.0, float(fitness[0])), self.consistency)
+        return accept_by_score(best, "the consistency", max(0.0, float(fitness[0])), self.consistency)
 
     def _evolved(
         self, target: Likelihood, source: Likelihood, size: float, rng: np.random.Generator
     ) -> tuple[Poses, NDArray[np.float64]]:
-        """The last generation's poses and fitness, fittest first."""
+        """Return the last generation's poses and fitness, fittest first."""
         spread = np.array([self.spread_cells, self.spread_cells, math.radians(self.spread_deg)])
         poses = self._newborn(target.fields[0], rng, self.individuals)
         for generation in range(self.generations):
@@ -119,7 +122,7 @@ class Genetic:
         mutation: NDArray[np.float64],
         rng: np.random.Generator,
     ) -> Poses:
-        """The next generation: mutants of the elite where they are fitter, and successors of the others."""
+        """Make the next generation: fitter mutants of the elite, and successors of the others."""
         fitness = consistency(field, source, poses, size)
         fit = fitness >= min(fitness.mean(), fitness.max())  # rounded, the mean of equals may be above them all
         elite = poses[fit]
@@ -149,14 +152,14 @@ class Genetic:
 
 
 def likelihood(occupied: NDArray[np.bool_], free: NDArray[np.bool_], blur_cells: float) -> NDArray[np.float32]:
-    """Of occupancy, (rows, cols) in -1 to 1: free cells -1, walls 1, what is near a wall between."""
+    """Compute the occupancy likelihood (rows, cols): -1 for free cells, 1 for walls, between near a wall."""
     away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     near = np.exp(-0.5 * (away / blur_cells) ** 2) if occupied.any() else np.zeros(occupied.shape)
     return np.where(free, 2.0 * near - 1.0, near).astype(np.float32)
 
 
 def consistency(field: NDArray[np.float32], source: Likelihood, poses: Poses, size: float) -> NDArray[np.float64]:
-    """Mean likelihood (K,) of a target's field where the source's walls lie at poses (K, 3); 0 off the map."""
+    """Average the target's likelihood (K,) over the source's walls at poses (K, 3); 0 off the map."""
     return mean_likelihood(field, source.walls, matrices(poses, source.middle, size))
 
 
@@ -164,7 +167,7 @@ def consistency(field: NDArray[np.float32], source: Likelihood, poses: Poses, si
 def mean_likelihood(
     field: NDArray[np.float32], walls: NDArray[np.float64], matrices: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Mean (K,) of a field (rows, cols), 0 beyond it, at walls (N, 2) moved by each of the matrices (K, 2, 3)."""
+    """Average a field (rows, cols), 0 beyond it, over walls (N, 2) moved by each of the matrices (K, 2, 3)."""
     rows, cols = field.shape
     number = len(walls)
     means = np.zeros(len(matrices))
@@ -185,7 +188,7 @@ def mean_likelihood(
 
 
 def _difference(to: Poses, start: Poses) -> Poses:
-    """From pose to pose (N, 3), the short way round."""
+    """Return the differences of poses (N, 3), angles the short way round."""
     away = to - start
     away[:, 2] = (away[:, 2] + math.pi) % math.tau - math.pi
     return away

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.literature.published import judged, nothing_found
+from merge.literature.published import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
@@ -52,24 +52,24 @@ class Hough:
             raise ValueError(f"Hough: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
     def describe(self, chart: PreparedMap) -> WallCells:
-        """The map's walls and their spectrum."""
+        """Collect the map's walls and their spectrum."""
         points = centres(chart.grid.occupied)
         return WallCells(chart.grid, points, hough_spectrum(points))
 
     def propose(
         self, target: WallCells, source: WallCells, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """All hypotheses, highest acceptance index first; empty where a map has no wall."""
+        """Propose all hypotheses, highest acceptance index first; none if a map has no wall."""
         return tuple(Proposal(transform) for _, transform in self._hypotheses(target, source, scale.middle))
 
     def published(
         self, target: WallCells, source: WallCells, scale: ScaleRange, rng: np.random.Generator
     ) -> PairAnswer:
-        """The hypothesis of the highest acceptance index."""
+        """Return the hypothesis of the highest acceptance index."""
         found = self._hypotheses(target, source, scale.middle)
         if not found:
-            return nothing_found()
-        return judged(found[0][1], "the acceptance index", found[0][0], self.acceptance_index)
+            return no_answer()
+        return accept_by_score(found[0][1], "the acceptance index", found[0][0], self.acceptance_index)
 
     def _hypotheses(self, target: WallCells, source: WallCells, size: float) -> list[tuple[float, Similarity2]]:
         if not len(target.points) or not len(source.points):
@@ -85,11 +85,11 @@ class Hough:
 
 
 def hough_spectrum(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """HS(theta) = sum over rho of HT(rho, theta)^2, (360,) in steps of a degree; zeros without points.
+    """Compute HS(theta) = sum over rho of HT(rho, theta)^2, (360,) in steps of a degree; zeros without points.
 
     ``points`` (N, 2) vote for the lines rho = x cos theta + y sin theta through them, rho in whole cells. Source:
-    Carpin 2008. It does not change with a shift, and turns with the points, but for rounding; it has a period of 180
-    degrees, since theta + 180 names the same lines.
+    Carpin 2008. The spectrum does not change with a translation and rotates with the points, up to rounding. Its period
+    is 180 degrees, because theta + 180 names the same lines.
     """
     if not len(points):
         return np.zeros(DEGREES)
@@ -104,16 +104,16 @@ def hough_spectrum(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def circular_correlation(target: NDArray[np.float64], source: NDArray[np.float64]) -> NDArray[np.float64]:
-    """CC(k) = sum over i of target(i + k) source(i), (360,), indices round the circle: Carpin 2008.
+    """Compute CC(k) = sum over i of target(i + k) source(i), (360,), indices modulo 360: Carpin 2008.
 
-    It peaks at the degrees by which the source must be turned to lie like the target.
+    It peaks at the degrees by which the source must be rotated to match the target.
     """
     spectrum = np.fft.rfft(target) * np.conj(np.fft.rfft(source))
     return np.fft.irfft(spectrum, len(target)).astype(np.float64)
 
 
 def highest_maxima(values: NDArray[np.float64], number: int) -> list[int]:
-    """Indices of the highest local maxima round the circle, highest first; of a plateau the first."""
+    """Return the indices of the highest circular local maxima, highest first; the first of a plateau."""
     peaks = np.flatnonzero((values > np.roll(values, 1)) & (values >= np.roll(values, -1)))
     return [int(k) for k in peaks[np.argsort(-values[peaks], kind="stable")[:number]]]
 
@@ -121,7 +121,7 @@ def highest_maxima(values: NDArray[np.float64], number: int) -> list[int]:
 def _shifted(
     target: NDArray[np.float64], source: NDArray[np.float64], main: float, yaw: float, size: float
 ) -> Similarity2:
-    """The rotation with the translation that projections agree on best, along and across the main walls."""
+    """Add to a rotation the translation by which the projections along and across the main walls correlate best."""
     upright = Similarity2(yaw=-main)
     turned = upright @ Similarity2(yaw=yaw, scale=size)
     there, here = upright.apply(target), turned.apply(source)
@@ -130,10 +130,10 @@ def _shifted(
 
 
 def projection_shift(target: NDArray[np.float64], source: NDArray[np.float64]) -> float:
-    """By how many whole cells the source's spectrum must be moved to correlate best with the target's.
+    """Return the whole cells by which the source must be shifted to correlate best with the target.
 
     Carpin 2008: the X-spectrum (Y-spectrum) counts walls in each column (row), and two are cross-correlated.
-    Coordinates (N,) and (M,) of the walls on one axis.
+    ``target`` (N,) and ``source`` (M,) are coordinates of the walls on one axis.
     """
     first, last = math.floor(target.min()), math.floor(source.min())
     counts = [np.bincount(np.floor(x).astype(np.int64) - low) for x, low in ((target, first), (source, last))]

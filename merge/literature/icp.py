@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.nearest_wall import Complex, NearestWall
-from merge.literature.published import nothing_found
+from merge.literature.published import no_answer
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
@@ -60,7 +60,7 @@ class Icp:
                 raise ValueError(f"Icp: {name} is {getattr(self, name)}, must be positive and finite")
 
     def describe(self, chart: PreparedMap) -> Shape:
-        """The map's walls, and an even sample of them."""
+        """Collect the map's walls, and an even sample of them."""
         cells = centres(chart.grid.occupied)
         points = cells[:, 0] + 1j * cells[:, 1]
         kept = np.linspace(0, len(points) - 1, min(len(points), self.points)).astype(np.intp)
@@ -69,7 +69,7 @@ class Icp:
     def propose(
         self, target: Shape, source: Shape, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """Where states end, least mean square distance first; empty where a map has less than three wall cells."""
+        """Propose the final states, least mean square distance first; none if a map has less than three wall cells."""
         if min(len(target.points), len(source.points)) < 3:
             return ()
         turns, shifts, _ = self._ended(target, source, scale.middle)
@@ -77,9 +77,9 @@ class Icp:
         return tuple(Proposal(_similarity(turn, shift)) for turn, shift in ended)
 
     def published(self, target: Shape, source: Shape, scale: ScaleRange, rng: np.random.Generator) -> PairAnswer:
-        """The state of least mean square distance, believed where its root keeps within the bound."""
+        """Return the state of least mean square distance, accepted if its root is within the bound."""
         if min(len(target.points), len(source.points)) < 3:
-            return nothing_found()
+            return no_answer()
         turns, shifts, errors = self._ended(target, source, scale.middle)
         rms, most = math.sqrt(errors[0]), self.most_rms_cells
         text = f"the RMS distance is {rms:.1f} cells, {most:g} are allowed"
@@ -87,7 +87,7 @@ class Icp:
         return PairAnswer(_similarity(turns[0], shifts[0]), None, Verdict(rms <= most, most / (most + rms), refusal))
 
     def _ended(self, target: Shape, source: Shape, size: float) -> tuple[Complex, Complex, NDArray[np.float64]]:
-        """Turn and shift of every state at its end, and mean square distance [cells of the target], sorted by it."""
+        """Run every state to its end: turns, shifts and mean square distances [target cells], sorted by distance."""
         walls = NearestWall.of(target.points, size * _reach(source))
         turns, shifts = self._initial_states(target, source, size)
         errors = np.full(len(turns), np.inf)
@@ -115,14 +115,13 @@ class Icp:
 
 
 def _reach(data: Shape) -> float:
-    """How far data can lie from the model's box: their mean never leaves it, at first that of all of them, then that of
-    the sample, which lies on that of its partners."""
+    """Bound the distance of data points from the model's box, which their mean never leaves."""
     middle = data.sample.mean()
     return float(np.abs(data.sample - middle).max() + abs(data.points.mean() - middle))
 
 
 def fit_rigid(target: Complex, source: Complex, size: float) -> tuple[Complex, Complex]:
-    """Turns (K,), of length ``size``, and shifts (K,) of least squares from points (N,) to their partners (K, N).
+    """Fit rotations (K,), of length ``size``, and shifts (K,) by least squares to the partners (K, N) of points (N,).
 
     Source: Besl and McKay 1992, section III.C; in the plane the quaternion is one complex number.
     """

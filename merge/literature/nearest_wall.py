@@ -1,4 +1,4 @@
-"""Which of a map's wall cells lies nearest, for many points at a time."""
+"""Look-up of the nearest wall cell for many points at once."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class NearestWall:
 
     @staticmethod
     def of(points: Complex, reach: float) -> NearestWall:
-        """Of at least one point, up to ``reach`` cells beyond their bounding box.
+        """Build the raster for at least one point, up to ``reach`` cells beyond their bounding box.
 
-        Source: exact Euclidean distance transform (Maurer, Qi and Raghavan 2003), as SciPy has it.
+        Source: exact Euclidean distance transform (Maurer, Qi and Raghavan 2003), by SciPy.
         """
         cols, rows = np.floor(points.real).astype(np.int64), np.floor(points.imag).astype(np.int64)
         margin = math.ceil(reach) + 1
@@ -39,10 +39,10 @@ class NearestWall:
         return NearestWall(points, index[row, col], (first_col, first_row))
 
     def query(self, points: Complex) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Distance and index of the nearest one to each of the points (K, M).
+        """Find distance and index of the nearest point to each of the points (K, M).
 
-        It is sought among those that are nearest to the point's own cell and the eight about it. Beyond the reach it
-        is one that is near to the border.
+        Candidates are those nearest to the point's own cell and the eight around it. Beyond the reach the result is one
+        near the border.
         """
         return _query(self.points, self.index, self.corner, points)
 

@@ -1,4 +1,4 @@
-"""ORB features and RANSAC, the plain thing that everyone writes."""
+"""Plain ORB features with RANSAC."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
-from merge.literature.agreed_matches import AgreedMatches, agreed
-from merge.literature.published import judged, nothing_found
+from merge.literature.published import accept_by_score, no_answer
+from merge.literature.similarity_ransac import RansacFit, ransac_similarity
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.orb import SMALLEST_SIDE, Keypoints
@@ -19,10 +19,10 @@ from merge.records.proposal import Proposal
 
 @dataclass(frozen=True)
 class PlainOrb:
-    """ORB (Rublee et al. 2011) on three greys, brute force over Hamming distance with cross check, OpenCV's RANSAC.
+    """ORB (Rublee et al. 2011) on three greys, brute-force Hamming matching with cross check, OpenCV's RANSAC.
 
-    Not to be taken for ``Orb``, which is a part of the method of the house. ``min_inliers`` is the
-    ten matches that OpenCV's own tutorial on features and homographies asks for.
+    Not to be confused with ``Orb``, a proposer of ``quilt``. ``min_inliers`` is the number of matches that OpenCV's
+    tutorial on features and homographies asks for.
     """
 
     features: int = 2000
@@ -35,7 +35,7 @@ class PlainOrb:
                 raise ValueError(f"PlainOrb: {name} is {getattr(self, name)}, must be positive")
 
     def describe(self, chart: PreparedMap) -> Keypoints:
-        """The map's keypoints; none on a blank or very small map."""
+        """Detect the map's keypoints; none on a blank or very small map."""
         picture = trinary_picture(chart.grid)
         nothing = Keypoints(np.empty((0, 2)), np.empty((0, 32), dtype=np.uint8))
         if min(picture.shape) < SMALLEST_SIDE:
@@ -49,24 +49,24 @@ class PlainOrb:
     def propose(
         self, target: Keypoints, source: Keypoints, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """The one similarity of most inliers, fitted again on them within the bounds of the scale."""
+        """Propose the similarity of most inliers, fitted to them within the bounds of the scale."""
         found = self._found(target, source)
         return () if found is None else found.proposals(scale)
 
     def published(
         self, target: Keypoints, source: Keypoints, scale: ScaleRange, rng: np.random.Generator
     ) -> PairAnswer:
-        """What RANSAC says, believed from ``min_inliers`` on; its scale is free whatever the range."""
+        """Return the similarity of RANSAC, accepted from ``min_inliers`` on; its scale is free whatever the range."""
         found = self._found(target, source)
         if found is None:
-            return nothing_found()
+            return no_answer()
         inliers = float(found.inliers.sum())
-        return judged(found.target_from_source, "the number of inliers", inliers, self.min_inliers)
+        return accept_by_score(found.target_from_source, "the number of inliers", inliers, self.min_inliers)
 
-    def _found(self, target: Keypoints, source: Keypoints) -> AgreedMatches | None:
+    def _found(self, target: Keypoints, source: Keypoints) -> RansacFit | None:
         if not len(target.points) or not len(source.points):
             return None
         matches = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True).match(source.descriptors, target.descriptors)
         there = target.points[[match.trainIdx for match in matches]]
         here = source.points[[match.queryIdx for match in matches]]
-        return agreed(there, here, self.inlier_distance_cells)
+        return ransac_similarity(there, here, self.inlier_distance_cells)

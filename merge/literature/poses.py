@@ -1,4 +1,4 @@
-"""Rigid placements of a map, many at a time, for the methods that search them."""
+"""Rigid poses of a map in batches, for methods that search them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Poses = NDArray[np.float64]
 
 
 def matrices(poses: Poses, middle: NDArray[np.float64], size: float) -> NDArray[np.float64]:
-    """The transforms (K, 2, 3) from cells of the source to cells of the target at poses (K, 3)."""
+    """Compute the transforms (K, 2, 3) from cells of the source to cells of the target at poses (K, 3)."""
     c, s = size * np.cos(poses[:, 2]), size * np.sin(poses[:, 2])
     turns = np.stack((np.stack((c, -s), axis=-1), np.stack((s, c), axis=-1)), axis=-2)
     shifts = poses[:, :2] - turns @ middle
@@ -18,6 +18,6 @@ def matrices(poses: Poses, middle: NDArray[np.float64], size: float) -> NDArray[
 
 
 def inverses(forward: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of similarities (K, 2, 3), as (K, 2, 3)."""
+    """Invert similarities (K, 2, 3)."""
     turns = np.linalg.inv(forward[:, :, :2])
     return np.concatenate((turns, -turns @ forward[:, :, 2:]), axis=-1)

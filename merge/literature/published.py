@@ -1,4 +1,4 @@
-"""A method of the literature with its own answer and its own rule of acceptance, beside the common judge."""
+"""Interface of methods that answer as published, with an acceptance rule of their own."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ Description = TypeVar("Description")
 
 
 class Published(Protocol[Description]):
-    """The second face of a method that was published with an answer and a rule of its own.
+    """A method as it was published, with its own answer and its own acceptance rule.
 
-    Its confidence is its own score, brought to 0 to 1: it orders answers and is no probability.
+    The confidence is its own score, mapped to 0 to 1: it ranks answers and is no probability.
     """
 
     def describe(self, chart: PreparedMap) -> Description:
-        """What the method needs to know of one map."""
+        """Compute all that the method needs of one map."""
         ...
 
     def published(
         self, target: Description, source: Description, scale: ScaleRange, rng: np.random.Generator
     ) -> PairAnswer:
-        """The one answer that the method gives by itself. A rigid method works at the middle of the range."""
+        """Return the answer of the method by itself. A rigid method uses the middle of the scale range."""
         ...
 
 
-def judged(transform: Similarity2, name: str, score: float, threshold: float) -> PairAnswer:
-    """An answer that is accepted where the method's score, not negative, reaches its threshold.
+def accept_by_score(transform: Similarity2, name: str, score: float, threshold: float) -> PairAnswer:
+    """Accept an answer if the method's score, at least 0, reaches its threshold.
 
-    The confidence s / (s + threshold) is 1/2 there; the reason of a refusal names the score.
+    The confidence s / (s + threshold) is 1/2 there. The text of a refusal names the score.
     """
     accepted = score >= threshold
     text = f"{name} is {score:.3g}, {threshold:g} is needed"
@@ -43,6 +43,6 @@ def judged(transform: Similarity2, name: str, score: float, threshold: float) ->
     return PairAnswer(transform, None, Verdict(accepted, score / (score + threshold), refusal))
 
 
-def nothing_found() -> PairAnswer:
-    """The answer of a method that found none."""
+def no_answer() -> PairAnswer:
+    """Refuse, because the method found no answer."""
     return PairAnswer(None, None, Verdict.refuse(Reason.NO_PUBLISHED_ANSWER))

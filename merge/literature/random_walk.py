@@ -14,7 +14,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.literature.poses import Poses, inverses, matrices
-from merge.literature.published import judged, nothing_found
+from merge.literature.published import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
@@ -23,8 +23,11 @@ from merge.verification.cell_overlap import centres, compare_cells
 
 @dataclass(frozen=True, eq=False)
 class Valued:
-    """A map as the similarity sees it: for each value (free, occupied) a sample of its cells, (N, 2) centres, and the
-    Manhattan distance of every cell to the nearest one of that value, (rows, cols, 2)."""
+    """A map for the image similarity, by value (free, occupied).
+
+    A sample of the cells of each value, centres (N, 2), and the Manhattan distance of every cell to the nearest one of
+    that value, (rows, cols, 2).
+    """
 
     grid: OccupancyGrid
     cells: tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -78,7 +81,7 @@ class RandomWalk:
             raise ValueError(f"RandomWalk: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
     def describe(self, chart: PreparedMap) -> Valued:
-        """The map's cells and distances by value."""
+        """Collect the map's cells and distances by value."""
         grid = chart.grid
         masks = grid.free, grid.occupied
         cells = [centres(mask) for mask in masks]
@@ -88,18 +91,18 @@ class RandomWalk:
     def propose(
         self, target: Valued, source: Valued, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """Where each walk was best, best first; empty where a map has no free or no occupied cell."""
+        """Propose the best pose of each walk, best first; none if a map has no free or no occupied cell."""
         if not target.usable or not source.usable:
             return ()
         return tuple(Proposal(transform) for transform in self._walked(target, source, scale.middle, rng))
 
     def published(self, target: Valued, source: Valued, scale: ScaleRange, rng: np.random.Generator) -> PairAnswer:
-        """The best place of all walks, and its acceptance index."""
+        """Return the best pose of all walks, and its acceptance index."""
         if not target.usable or not source.usable:
-            return nothing_found()
+            return no_answer()
         best = self._walked(target, source, scale.middle, rng)[0]
         index = compare_cells(target.grid, source.grid, best).acceptance_index
-        return judged(best, "the acceptance index", 0.0 if index is None else index, self.acceptance_index)
+        return accept_by_score(best, "the acceptance index", 0.0 if index is None else index, self.acceptance_index)
 
     def _walked(self, target: Valued, source: Valued, size: float, rng: np.random.Generator) -> list[Similarity2]:
         reach = math.hypot(*target.grid.frame.shape) / 6.0
@@ -122,7 +125,7 @@ class RandomWalk:
         return [Similarity2.from_matrix(matrix) for matrix in matrices(ranked, source.middle, size)]
 
     def dissimilarity(self, target: Valued, source: Valued, poses: Poses, size: float) -> NDArray[np.float64]:
-        """Delta (K,) of the source at each pose (K, 3), in cells of the target."""
+        """Compute Delta (K,) of the source at each pose (K, 3), in cells of the target."""
         there = matrices(poses, source.middle, size)
         back = inverses(there)
         psi, lock = np.zeros(len(poses)), np.zeros(len(poses))
@@ -135,8 +138,11 @@ class RandomWalk:
 
 
 def manhattan(mask: NDArray[np.bool_]) -> NDArray[np.int16]:
-    """Manhattan distance of each cell (rows, cols) to the nearest set one: the d-map, algorithm 1 of Birk and Carpin
-    2006, by OpenCV's two passes. Without a set cell it is the longest way there could be."""
+    """Compute the Manhattan distance of each cell (rows, cols) to the nearest set cell.
+
+    Source: d-map, algorithm 1 of Birk and Carpin 2006, by OpenCV's two passes. Without a set cell it is the greatest
+    possible distance.
+    """
     longest = min(sum(mask.shape), np.iinfo(np.int16).max)
     if not mask.any():
         return np.full(mask.shape, longest, np.int16)
@@ -148,11 +154,11 @@ def manhattan(mask: NDArray[np.bool_]) -> NDArray[np.int16]:
 def laid(
     distances: NDArray[np.int16], value: int, points: NDArray[np.float64], matrices: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Points (N, 2), moved by each of the matrices (K, 2, 3), on a map of distances (rows, cols, 2).
+    """Look up points (N, 2), moved by each of the matrices (K, 2, 3), in a map of distances (rows, cols, 2).
 
-    Their mean distance (K,) to the nearest cell of the value, and the shares (K,) that fall on cells of the value and
-    of the other one. Beyond the raster the way to its border is added, which is exact for Manhattan distances. No
-    branch depends on where a point falls, which would cost more than all the rest.
+    Return their mean distance (K,) to the nearest cell of the value, and the shares (K,) on cells of the value and of
+    the other value. Beyond the raster the distance to its border is added, which is exact for Manhattan distances.
+    Branches are avoided for speed.
     """
     rows, cols = distances.shape[0], distances.shape[1]
     number = len(points)
@@ -181,7 +187,7 @@ LEAST_STEP = np.array([0.4, 0.4, 0.003])
 
 
 def _steps(memory: NDArray[np.float64], rng: np.random.Generator) -> Poses:
-    """Steps (walks, 3) with about the mean and covariance of the last ones (memory, walks, 3), never quite at rest."""
+    """Draw steps (walks, 3) with about the mean and covariance of the last ones (memory, walks, 3), never 0."""
     mean: Poses = memory.mean(axis=0)
     weights = rng.standard_normal(memory.shape[:2]) / math.sqrt(len(memory))
     spread = np.einsum("mw,mwk->wk", weights, memory - mean)  # its covariance is that of the memory

@@ -1,4 +1,4 @@
-"""The recipe of m-explore's map_merge: OpenCV's stitching of panoramas, on maps."""
+"""The recipe of m-explore's map_merge: OpenCV's stitching of panoramas, applied to maps."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.literature.agreed_matches import AgreedMatches
-from merge.literature.published import judged, nothing_found
+from merge.literature.published import accept_by_score, no_answer
+from merge.literature.similarity_ransac import RansacFit
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
@@ -51,23 +51,25 @@ class Stitching:
             raise ValueError(f"Stitching: least_matches is {self.least_matches}, must be at least 3")
 
     def describe(self, chart: PreparedMap) -> Any:
-        """OpenCV's ``ImageFeatures`` of the map; their points are cells less one half."""
+        """Compute OpenCV's ``ImageFeatures`` of the map; their points are cells less one half."""
         picture = np.ascontiguousarray(chart.grid.occupancy()).view(np.uint8)
         missing = [max(0, LEAST_SIDE - side) for side in picture.shape]
         picture = np.pad(picture, [(0, cells) for cells in missing], constant_values=UNKNOWN_BYTE)
         return cv2.detail.computeImageFeatures2(cv2.AKAZE.create(), picture)
 
     def propose(self, target: Any, source: Any, scale: ScaleRange, rng: np.random.Generator) -> tuple[Proposal, ...]:
-        """The one similarity of most inliers, fitted again on them within the bounds of the scale."""
+        """Propose the similarity of most inliers, fitted to them within the bounds of the scale."""
         found = self._stitched(target, source, rng)
         return () if found is None else found.matches.proposals(scale)
 
     def published(self, target: Any, source: Any, scale: ScaleRange, rng: np.random.Generator) -> PairAnswer:
-        """The stitched transform, believed from ``confidence`` on; its scale is free whatever the range."""
+        """Return the stitched transform, accepted from ``confidence`` on; its scale is free whatever the range."""
         found = self._stitched(target, source, rng)
         if found is None:
-            return nothing_found()
-        return judged(found.matches.target_from_source, "OpenCV's confidence", found.confidence, self.confidence)
+            return no_answer()
+        return accept_by_score(
+            found.matches.target_from_source, "OpenCV's confidence", found.confidence, self.confidence
+        )
 
     def _stitched(self, target: Any, source: Any, rng: np.random.Generator) -> Stitched | None:
         if min(len(target.getKeypoints()), len(source.getKeypoints())) < 2:
@@ -78,7 +80,7 @@ class Stitching:
         if info.H is None or not np.isfinite(info.H).all() or not np.hypot(*info.H[:2, 0]) > 0.0:
             return None
         matches = info.getMatches()
-        agreed = AgreedMatches(
+        agreed = RansacFit(
             _points(target, [match.trainIdx for match in matches]),
             _points(source, [match.queryIdx for match in matches]),
             _in_cells(np.asarray(info.H, dtype=np.float64)),
@@ -89,9 +91,9 @@ class Stitching:
 
 @dataclass(frozen=True, eq=False)
 class Stitched:
-    """What OpenCV matched, in cells, and its confidence."""
+    """Matches of OpenCV, in cells, and their confidence."""
 
-    matches: AgreedMatches
+    matches: RansacFit
     confidence: float
 
 
@@ -101,6 +103,6 @@ def _points(features: Any, index: list[int]) -> NDArray[np.float64]:
 
 
 def _in_cells(matrix: NDArray[np.float64]) -> Similarity2:
-    """Of pixels whose centres are at integers, the rows not flipped: a cell's point lies half a cell further on."""
+    """Convert pixels, centres at integers, rows not flipped, to cells: half a cell is added."""
     half = Similarity2(0.5, 0.5)
     return half @ Similarity2.from_matrix(matrix[:2]) @ half.inverse()

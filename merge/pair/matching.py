@@ -60,7 +60,7 @@ class PairTask:
 
     @property
     def cells_per_cell(self) -> float:
-        """What a scale of 1 is in cells of the target map per cell of the source map."""
+        """Cells of the target map per cell of the source map at a scale of 1."""
         if "cell" in self.units:
             return 1.0
         return self.grids[1].frame.resolution / self.grids[0].frame.resolution

@@ -123,13 +123,13 @@ def _nearest(
     for k, axis in enumerate(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))):
         members = np.flatnonzero(every_way | (normals @ axis > sector_cosine))
         if members.size:
-            _label(nearest[k], rows[members] + margin, cols[members] + margin, members)
+            label_nearest(nearest[k], rows[members] + margin, cols[members] + margin, members)
         else:
             nearest[k] = np.iinfo(nearest.dtype).max
     return nearest
 
 
-def _label(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
+def label_nearest(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
     """Write the index of the nearest point into every cell (rows, cols)."""
     elsewhere = np.ones(nearest.shape, dtype=np.uint8)
     elsewhere[rows, cols] = 0

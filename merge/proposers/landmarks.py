@@ -113,7 +113,7 @@ def _landmarks(grid: OccupancyGrid, diagonal: float, settings: Landmarks) -> Mar
 
 
 def _bases(marks: Marks, neighbours: int, least: float) -> NDArray[np.intp]:
-    """Pairs (P, 2) of each landmark with its nearest that lie at least so far."""
+    """Pair each landmark with its nearest that are at least so far away: indices (P, 2)."""
     apart = np.hypot(*(marks[:, None, :2] - marks[None, :, :2]).transpose(2, 0, 1))
     apart[apart <= least] = np.inf
     nearest = np.argsort(apart, axis=1, kind="stable")[:, :neighbours]
@@ -123,7 +123,7 @@ def _bases(marks: Marks, neighbours: int, least: float) -> NDArray[np.intp]:
 
 
 def _lattice(marks: Marks, near: float) -> tuple[NDArray[np.bool_], float, float]:
-    """Squares of side ``near``: whether a landmark lies in one or beside it; and the corner, x and y."""
+    """Rasterise landmarks in squares of side ``near``: return a mask, dilated, and its corner x, y."""
     corner = marks[:, :2].min(axis=0) - 2.0 * near
     cols, rows = np.floor((marks[:, :2] - corner) / near).astype(np.intp).T
     filled = np.zeros((rows.max() + 3, cols.max() + 3), np.uint8)

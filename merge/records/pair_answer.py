@@ -12,7 +12,7 @@ from merge.records.verdict import Verdict
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another place for the source, cells to cells, and how well the walls agree there (``Evidence``)."""
+    """Another transform, cells to cells, and its score."""
 
     target_from_source: Similarity2
     score: float
@@ -20,8 +20,11 @@ class Alternative:
 
 @dataclass(frozen=True)
 class PairAnswer:
-    """The best candidate, cells to cells, with its evidence, and the decision. None where nothing was proposed, the
-    uncertainty also where a method answered as published. ``alternatives`` lie elsewhere, the best of them first."""
+    """The best hypothesis, cells to cells, with its evidence and the verdict.
+
+    Transform and evidence are None if nothing was proposed, evidence and uncertainty also for a method as published.
+    ``alternatives`` are the transforms elsewhere, best first.
+    """
 
     target_from_source: Similarity2 | None
     evidence: Evidence | None
@@ -34,7 +37,7 @@ class PairAnswer:
         return 0.0 if self.evidence is None else self.evidence.score
 
     def inverse(self) -> PairAnswer:
-        """The answer for the pair the other way round."""
+        """Return the answer with target and source swapped."""
         answer = self.target_from_source
         if answer is None:
             return self

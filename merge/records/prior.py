@@ -37,9 +37,9 @@ class PriorSettings:
 
 @dataclass(frozen=True)
 class Prior:
-    """The pose of a map's frame in a frame that all priors share, and the deviation ``sigma`` [m] of its shift.
+    """Start pose of a map in a frame that all priors share; ``sigma`` [m] is the standard deviation of its shift.
 
-    Raises ``ValueError`` naming what is not finite or not positive.
+    Raises ``ValueError`` that names a value that is not finite or not positive.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What a merge answers."""
+"""Results of a merge."""
 
 from __future__ import annotations
 
@@ -69,13 +69,16 @@ DecidedBy = Literal["pair", "team", "prior"]
 
 @dataclass(frozen=True, eq=False)
 class PairResult:
-    """The answer for one pair, ``target`` being the earlier map.
+    """The answer for one pair; ``target`` is the map that was given first.
 
-    ``target_from_source`` maps metres as the source states them to metres as the target states them (cells where a
-    map is a bare picture; ``unit`` is that of x and y, the target's). ``target_from_source_pixels`` (2, 3) maps
-    pixels of the images, y down. ``confidence`` (0 to 1) is the chance that the evidence gives it. A refused pair
-    says why in ``refusal`` and keeps its best candidate; the transform, the pixels and the evidence are None only
-    where nothing was proposed, the evidence also where a method answered as published.
+    - ``target_from_source``: from stated metres of the source to stated metres of the target (cells, for a map without
+      a resolution; ``unit`` is that of x and y, the target's);
+    - ``target_from_source_pixels`` (2, 3): the same between pixels of the images, y down;
+    - ``confidence``: probability, 0 to 1, that the answer is right, by its evidence;
+    - ``refusal``: reason why the pair was refused; it keeps its best transform;
+    - ``decided_by``: whose verdict it is; ``pair_refusal`` is that of the pair alone, if team or prior overruled it.
+
+    The transform is None only if nothing was proposed; the evidence also for a method as published.
     """
 
     target: str
@@ -112,9 +115,11 @@ class PairResult:
 
 @dataclass(frozen=True, eq=False)
 class MergedGroup:
-    """Maps that were joined: ``reference_from_map`` holds their transforms, metric as in ``PairResult``, the
-    reference's own identity among them; ``merged`` lies in the reference map's frame, ``conflicts`` on the same cells
-    (``Fused``)."""
+    """A cluster of maps that were merged.
+
+    ``reference_from_map`` holds their transforms, metric as in ``PairResult``, the identity of the reference included.
+    ``merged`` is in the frame of the reference; ``conflicts`` has the same cells (``Fused``).
+    """
 
     reference: str
     reference_from_map: Mapping[str, Similarity2]
@@ -124,11 +129,12 @@ class MergedGroup:
 
 @dataclass(frozen=True, eq=False)
 class MergeResult:
-    """The answer for a team.
+    """The result of a merge.
 
-    ``pairs`` holds one answer per unordered pair. ``groups`` are the maps that were joined, each map in one of them,
-    that of the reference first, else the largest. What follows is told of the first group; ``left_out`` says of every
-    map outside it why. ``confidence_calibrated`` is False while a confidence only orders answers and is no probability.
+    ``pairs`` holds one answer per unordered pair. ``groups`` are the clusters of merged maps, each map in one of them;
+    that of the reference is first, else the largest. ``reference``, ``reference_from_map`` and ``merged`` are those of
+    the first cluster; ``left_out`` gives the reason for every map outside it. ``confidence_calibrated`` is False if the
+    confidence only ranks answers and is no probability.
     """
 
     names: tuple[str, ...]

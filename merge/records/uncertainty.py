@@ -17,8 +17,11 @@ RIGHT_YAW, RIGHT_GROWTH = math.radians(2.0), math.log(1.03)
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """How far an answer, cells to cells, may be off: the ``covariance`` (4, 4) of a small move of the laid source about
-    ``centre`` (2,), in cells of the target: shift x, y [cells], turn [rad] and growth [log scale]."""
+    """Uncertainty of an answer, cells to cells.
+
+    ``covariance`` (4, 4) is that of a small motion of the transformed source about ``centre`` (2,), in cells of the
+    target: x, y [cells], yaw [rad] and log scale.
+    """
 
     centre: NDArray[np.float64]
     covariance: NDArray[np.float64]
@@ -34,20 +37,22 @@ class Uncertainty:
 
     @property
     def precision_probability(self) -> float:
-        """The chance that neither turn nor growth is off by more than an answer that counts as right may be."""
+        """Probability that neither yaw nor scale is off by more than 2 degrees and 3 %."""
         turn, growth = np.sqrt(np.diag(self.covariance)[2:]).tolist()
         return _chance_within(RIGHT_YAW, turn) * _chance_within(RIGHT_GROWTH, growth)
 
     def inverse(self, target_from_source: Similarity2) -> Uncertainty:
-        """Of the inverse answer, whose target is the source."""
+        """Return the uncertainty of the inverse answer, whose target is the source."""
         back = target_from_source.inverse()
         moved = np.diag([0.0, 0.0, -1.0, -1.0])
         moved[:2, :2] = -back.matrix()[:, :2]
         return Uncertainty(back.apply(self.centre), moved @ self.covariance @ moved.T)
 
     def of_parameters(self, metres_from_cells: Similarity2, target_from_source: Similarity2) -> NDArray[np.float64]:
-        """The covariance (4, 4) of x [m], y [m], yaw [rad] and scale of the answer in metres, with the place of the
-        target's cells in its metres. To first order."""
+        """Convert to the covariance (4, 4) of x [m], y [m], yaw [rad] and scale of the answer, to first order.
+
+        ``metres_from_cells`` is that of the target.
+        """
         arm = np.array([target_from_source.x, target_from_source.y]) - metres_from_cells.apply(self.centre)
         moved = np.zeros((4, 4))
         moved[:2, :2] = metres_from_cells.matrix()[:, :2]
@@ -58,6 +63,8 @@ class Uncertainty:
 
 
 def _chance_within(bound: float, sigma: float) -> float:
-    """Of a Laplacian error (mean 0) to be less than the bound: on generated pairs the median error is 0.45 sigma, where
-    a normal one would be 0.67 and a Laplacian 0.49."""
+    """Return the probability that a Laplacian error of mean 0 is less than a bound.
+
+    On generated pairs the median error is 0.45 sigma; a Laplacian distribution has 0.49, a normal one 0.67.
+    """
     return -math.expm1(-math.sqrt(2.0) * bound / sigma) if sigma > 0.0 else 1.0

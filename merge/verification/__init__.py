@@ -1,1 +1,1 @@
-"""Verification: evidence for and against a transform, and the decision to accept it."""
+"""Verification: evidence for and against a transform, and its acceptance."""

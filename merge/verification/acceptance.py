@@ -1,4 +1,4 @@
-"""Whether to believe an answer."""
+"""Acceptance: the verdict on the evidence for an answer."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from merge.verification.settings import AcceptanceSettings
 
 
 def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings()) -> Verdict:
-    """Accept where the answer is sure enough and nothing that must be there is missing.
+    """Accept an answer that is certain enough and meets all minima.
 
-    The confidence is the chance that the place is the right one, times that of its being told exactly enough; it rises
-    with every piece of evidence. A refusal names what is missing most: a rival, where one takes from what the answer
-    would be worth by itself.
+    The confidence is the probability that the place is right times that of sufficient precision; it rises with every
+    piece of evidence. A refusal names the largest deficit: a second best answer, if without it the answer would be
+    worth more; else contradiction or overlap.
     """
     odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
@@ -30,7 +30,7 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
 
 
 def margin(evidence: Evidence) -> float:
-    """By how much the answer agrees better than its best rival; not negative."""
+    """Return the score less the second best score, at least 0."""
     return max(0.0, evidence.score - evidence.second_best_score)
 
 

@@ -1,4 +1,4 @@
-"""Two maps compared cell by cell."""
+"""Overlap of the cells of two maps under a transform."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 
 @dataclass(frozen=True)
 class CommonCells:
-    """Area that both maps know, in cells of the coarser map, and the part of it where they say the same."""
+    """Area that both maps know, in cells of the coarser map, divided into agreeing and disagreeing cells."""
 
     agree: float
     disagree: float
@@ -27,21 +27,21 @@ class CommonCells:
 
     @property
     def acceptance_index(self) -> float | None:
-        """agree / (agree + disagree), Birk and Carpin 2006, equation 4; None where no cell is common."""
+        """Index of Birk and Carpin 2006, equation 4: agree / (agree + disagree); None without common cells."""
         return self.agree / self.known if self.known > 0.0 else None
 
     @property
     def overlap(self) -> float:
-        """The common area as a share of what the map that knows less knows."""
+        """Common area as a share of the known area of the map that knows less."""
         return min(1.0, self.known / self.smaller) if self.smaller > 0.0 else 0.0
 
 
 def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_source: Similarity2) -> CommonCells:
-    """Compare the original rasters, each cell with the cell of the other that holds its centre.
+    """Compare the original rasters, each cell with the cell of the other map that holds its centre.
 
-    ``target_from_source`` maps cells to cells (``PreparedMap``). The mean of both directions, so that
-    swapping the maps and inverting gives the same; free on free and occupied on occupied agree, free on occupied
-    disagrees.
+    ``target_from_source`` maps cells to cells (``PreparedMap``). Free on free and occupied on occupied agree, free on
+    occupied disagrees. The areas are the mean of both directions, so that swapping the maps and inverting the transform
+    gives the same.
     """
     scale = target_from_source.scale
     area, coarser = scale**2, max(1.0, scale) ** 2
@@ -53,7 +53,7 @@ def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_sour
 
 
 def centres(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Centres (N, 2), x and y in cells (``PreparedMap``), of the set cells of a raster (rows, cols)."""
+    """Return the centres (N, 2), x and y in cells (``PreparedMap``), of the set cells of a raster (rows, cols)."""
     return np.argwhere(mask)[:, ::-1].astype(np.float64) + 0.5
 
 

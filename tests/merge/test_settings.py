@@ -11,7 +11,7 @@ import pytest
 from mapping.geometry.similarity2 import Similarity2
 from merge import MergeSettings
 from merge.alignment.settings import AlignmentSettings, HypothesisSettings, PatchwiseSettings
-from merge.literature.published import nothing_found
+from merge.literature.published import no_answer
 from merge.methods import method_names, proposers_of, published_names, register
 from merge.pair.matching import PairTask, match
 from merge.preparation.settings import PreparationSettings
@@ -84,7 +84,7 @@ class Guess:
         return (Proposal(Similarity2()),)
 
     def published(self, target, source, scale, rng):
-        return nothing_found()
+        return no_answer()
 
 
 @pytest.fixture

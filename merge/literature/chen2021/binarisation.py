@@ -1,4 +1,4 @@
-"""Step 5.1: the walls alone."""
+"""Step 5.1: keep the walls alone."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ WALL = 255
 
 
 def binarised(picture: Image) -> Image:
-    """Walls white, all else black, of a grey picture (rows, cols) whose walls are dark.
+    """Make the walls of a grey picture (rows, cols) white and all else black; walls are dark.
 
-    Source: Chen 2021, section 5.1. What is darker than the unknown is wall: on three greys any threshold between says
-    the same, so that none has to be set.
+    Source: Chen 2021, section 5.1. Pixels darker than unknown are walls. A picture of three greys needs no threshold.
     """
     return np.where(picture < UNKNOWN_GREY, WALL, 0).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Step 5.3: gaps in the walls closed."""
+"""Step 5.3: close gaps in the walls."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from merge.literature.chen2021.binarisation import Image
 
 
 def closing_side(thickness: float) -> int:
-    """Side [pixels] of the square that walls of this thickness are closed with: odd, a little more than the wall, 3
-    for the thinnest. Chen's is 3 throughout."""
+    """Choose the side [pixels] of the closing square: odd, a little more than the wall, 3 for the thinnest.
+
+    Chen uses 3 throughout.
+    """
     return 2 * math.ceil(thickness / 2.0) + 1
 
 
 def closed(walls: Image, side: int) -> Image:
-    """Morphological closing with a square of ``side`` pixels; the picture's border closes nothing.
+    """Close the picture by a square of ``side`` pixels; its border closes nothing.
 
     Source: Chen 2021, section 5.3.
     """

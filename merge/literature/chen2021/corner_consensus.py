@@ -1,4 +1,4 @@
-"""The similarities that lay most corners of one map on corners of the other."""
+"""Similarities that put most corners of one map on corners of the other, by voting."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
+from merge.records.validation import require_valid
 
 Complex = NDArray[np.complex128]
 """Points x + i y, so that a turn is a product."""
@@ -27,30 +28,29 @@ class ConsensusSettings:
     """Distances in cells of the coarser map.
 
     - ``inlier_distance_cells``: Chen's 5 pixels;
-    - ``most_corners``: the strongest of each map that vote;
-    - ``finest_step``: turns and scales are tried no closer than this, in radians and as a logarithm;
-    - ``peaks``: so many shifts of each turn and scale, and in all so many agreements, are looked at;
-    - ``distinct_cells``: how far apart two answers must put the corners on average to count as two.
+    - ``most_corners``: the strongest corners of each map vote;
+    - ``finest_step``: least difference of the rotations [rad] and log scales that are tried;
+    - ``peaks``: so many shifts of each turn and scale, and in all so many corner_consensus, are looked at;
+    - ``distinct_cells``: mean displacement of the corners from which on two similarities are distinct;
+    - ``min_inliers``: a similarity has at least so many corner pairs.
     """
 
     inlier_distance_cells: float = 5.0
     most_corners: int = 250
     finest_step: float = 1.0 / 60.0
     peaks: int = 8
-    looked_at: int = 96
+    fitted: int = 96
     refits: int = 3
     distinct_cells: float = 10.0
     min_inliers: int = 3
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not value > 0:
-                raise ValueError(f"ConsensusSettings: {name} is {value}, must be positive")
+        require_valid(self)
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
-    """A similarity, cells to cells, and the corner pairs that agree on it: indices (M,) into each map's corners."""
+class CornerMatch:
+    """A similarity, cells to cells, and its corner pairs: indices (M,) into the corners of each map."""
 
     target_from_source: Similarity2
     target: NDArray[np.intp]
@@ -62,19 +62,19 @@ class Agreement:
         return len(self.source)
 
 
-def agreements(
+def corner_consensus(
     target: Cells,
     source: Cells,
     turns: Sequence[float] | None,
     scale: ScaleRange,
     settings: ConsensusSettings = ConsensusSettings(),
-) -> list[Agreement]:
-    """Distinct similarities that many corner pairs agree on, most first; empty where nothing has enough.
+) -> list[CornerMatch]:
+    """Find distinct similarities with many corner pairs, most first; none if no similarity has enough.
 
-    In place of Chen 2021, who leaves all point pairs of two clusters of k-means to RANSAC, every pair votes: for each
-    turn and scale a pair fixes the shift, and the shifts that most pairs share win (Ballard 1981). ``turns`` [rad] are
-    those to try, the four quarter turns where both maps have a main direction; None tries all round. Nothing is drawn
-    at random. Winners are fitted again on their inliers, each corner in one pair only.
+    Chen 2021 runs RANSAC on all point pairs of two clusters of k-means. Here every pair votes: for each rotation and
+    scale it fixes the shift, and the shifts of most votes win (Ballard 1981). ``turns`` [rad] are the rotations to try,
+    the four quarter turns if both maps have a main direction; None tries all. Nothing is random. The winners are fitted
+    to their inliers, each corner in one pair only.
     """
     if min(len(target), len(source)) < settings.min_inliers:
         return []
@@ -86,13 +86,13 @@ def agreements(
     step = max(gate / (coarser * reach), settings.finest_step)
     tried = _tried(turns, scale, step)
     votes = _votes(_complex(there), _complex(here - middle), tried, gate, settings.peaks)
-    strongest = np.argsort(-votes[:, 0].real, kind="stable")[: settings.looked_at]
-    found: list[Agreement] = []
+    strongest = np.argsort(-votes[:, 0].real, kind="stable")[: settings.fitted]
+    found: list[CornerMatch] = []
     tree = cKDTree(target)
     for turn, shift in votes[strongest, 1:].tolist():
         rough = _similarity(turn, shift - turn * complex(middle[0], middle[1]))
-        fit = _refitted(target, tree, source, rough, scale, settings)
-        if fit is not None and all(_apart(fit, other, source, settings) for other in found):
+        fit = _refit(target, tree, source, rough, scale, settings)
+        if fit is not None and all(_are_distinct(fit, other, source, settings) for other in found):
             found.append(fit)
     return sorted(found, key=lambda agreement: -agreement.inliers)
 
@@ -112,7 +112,7 @@ def _complex(points: Cells) -> Complex:
 
 @njit(cache=True)
 def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks: int) -> Complex:
-    """Votes, turn and shift (K, 3) of the strongest shifts of each turn; bins, ``gate`` wide, count two by two."""
+    """Return votes, turn and shift (K, 3) of the strongest shifts of each turn; bins of ``gate`` count two by two."""
     found = np.zeros((len(turns) * peaks, 3), np.complex128)
     for t in range(len(turns)):
         moved = source * turns[t]
@@ -139,14 +139,14 @@ def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks:
     return found[found[:, 0].real > 0.0]
 
 
-def _refitted(
+def _refit(
     target: Cells,
     tree: cKDTree,
     source: Cells,
     rough: Similarity2,
     scale: ScaleRange,
     settings: ConsensusSettings,
-) -> Agreement | None:
+) -> CornerMatch | None:
     fit = rough
     for attempt in range(settings.refits + 1):
         gate = settings.inlier_distance_cells * max(1.0, fit.scale) * (2.0 if attempt == 0 else 1.0)
@@ -159,11 +159,11 @@ def _refitted(
         if better is None:
             return None
         fit = better
-    return Agreement(fit, there, here, len(source))
+    return CornerMatch(fit, there, here, len(source))
 
 
 def _partners(tree: cKDTree, moved: Cells, gate: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Indices of target and source corners that are nearest to each other, no farther than ``gate``."""
+    """Match target and source corners that are nearest to each other, at most ``gate`` apart; return their indices."""
     found = tree.query(moved, distance_upper_bound=gate)
     distance, nearest = np.asarray(found[0], np.float64), np.asarray(found[1], np.intp)
     order = np.argsort(distance, kind="stable")
@@ -176,6 +176,6 @@ def _similarity(turn: complex, shift: complex) -> Similarity2:
     return Similarity2(shift.real, shift.imag, math.atan2(turn.imag, turn.real), abs(turn))
 
 
-def _apart(a: Agreement, b: Agreement, source: Cells, settings: ConsensusSettings) -> bool:
+def _are_distinct(a: CornerMatch, b: CornerMatch, source: Cells, settings: ConsensusSettings) -> bool:
     displacement = np.hypot(*(a.target_from_source.apply(source) - b.target_from_source.apply(source)).T)
     return bool(displacement.mean() > settings.distinct_cells * max(1.0, a.target_from_source.scale))

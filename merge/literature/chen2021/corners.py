@@ -1,4 +1,4 @@
-"""Keypoints of the corrected picture: the corners and ends of its lines."""
+"""Keypoints of the corrected picture: corners and ends of its lines."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ STOP = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 0.05)
 
 
 def corners(structure: Image, half: int) -> NDArray[np.float64]:
-    """Pixels (N, 2) u, v, the strongest first, where lines of the main structure meet, bend or end.
+    """Detect pixels (N, 2) u, v, strongest first, at which lines of the main structure meet, bend or end.
 
-    Chen 2021 lets SIFT fire there and drops what is off the walls. On lines of one pixel SIFT marks the blobs between
-    them as well; the corner detector of Shi and Tomasi 1994 marks corners alone. Its window and the least distance of
-    two corners follow the size of a tile, 2 ``half`` + 1.
+    Chen 2021 uses SIFT and drops keypoints off the walls. On lines of one pixel SIFT also marks blobs between them; the
+    corner detector of Shi and Tomasi 1994 marks corners alone. Its window and the least distance of two corners follow
+    the size of a tile, 2 ``half`` + 1.
     """
     tile = 2 * half + 1
     margin = 2 * tile + 5  # what the refinement needs around its window

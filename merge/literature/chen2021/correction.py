@@ -1,4 +1,4 @@
-"""Chapter 5, step after step, with every picture on the way."""
+"""Chapter 5 step by step, with the picture of each step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from merge.literature.chen2021.wall_thickness import WallThickness, wall_thickne
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """What became of a map's picture. All pictures after ``straightened`` are its size.
+    """Pictures and sizes of the steps of a correction. All pictures after ``straightened`` have its size.
 
     ``half`` is L: tiles are 2L + 1 pixels wide; ``closing`` is the side of the closing. ``corners`` (N, 2) u, v are the
     keypoints on the corrected picture ``structure``.
@@ -39,7 +39,7 @@ class Correction:
 
     @property
     def note(self) -> str | None:
-        """What must be said of the correction; None where it went as in the thesis."""
+        """Describe a deviation from the thesis; None if there is none."""
         if self.direction.clear:
             return None
         return f"no main direction (sharpness {self.direction.sharpness:.2f}): not turned, links are drawn as they run"
@@ -48,8 +48,8 @@ class Correction:
 def corrected(picture: Image) -> Correction:
     """Correct the grey picture (rows, cols) of a map, highest row first, whose walls are dark.
 
-    Source: Chen 2021, sections 5.1 to 5.5. What he set by hand follows from the thickness of the walls. Where they
-    have no main direction the picture is not turned.
+    Source: Chen 2021, sections 5.1 to 5.5. His manual parameters follow from the thickness of the walls. A picture
+    without a main direction is not rotated.
     """
     walls = binarised(picture)
     direction = main_direction(walls)

@@ -1,4 +1,4 @@
-"""Step 5.4: the walls as a greedy tiling, a point for each tile."""
+"""Step 5.4: tile the walls greedily, with a point for each tile."""
 
 from __future__ import annotations
 
@@ -16,26 +16,28 @@ Points = NDArray[np.intp]
 
 
 def tile_half(thickness: float) -> int:
-    """L, so that a tile of 2L + 1 pixels a side is as wide as walls of this thickness, and at least 3.
+    """Choose L so that a tile of 2L + 1 pixels is as wide as walls of this thickness, and at least 3.
 
-    Chen set it by hand: to 2, 3 for a noisy map, 1 for a coarse one.
+    Chen set it manually: to 2, 3 for a noisy map, 1 for a coarse one.
     """
     return max(1, math.ceil((thickness - 1.0) / 2.0))
 
 
 def dilated(walls: Image, half: int) -> Image:
-    """The walls, ``half`` pixels wider on every side: the thinnest then holds a tile, and one as wide as a tile holds
-    no two side by side."""
+    """Dilate the walls by ``half`` pixels on every side.
+
+    The thinnest wall then holds a tile, and one as wide as a tile does not hold two side by side.
+    """
     side = 2 * half + 1
     return np.asarray(cv2.dilate(walls, np.ones((side, side), np.uint8)), np.uint8)
 
 
 def interest_points(walls: Image, half: int) -> Points:
-    """Points (N, 2) u, v of the walls of a picture, one every 2 ``half`` + 1 pixels.
+    """Place points (N, 2) u, v on the walls of a picture, one every 2 ``half`` + 1 pixels.
 
-    Source: Chen 2021, section 5.4. The walls are dilated and scanned; wherever a whole window of 2 ``half`` + 1 pixels
-    a side is wall, its centre becomes a point and the window is erased. The scan finds a thick wall by its upper left
-    side, so that each point then moves to the middle of the wall: its centre line.
+    Source: Chen 2021, section 5.4. The walls are dilated and scanned. Wherever a whole window of 2 ``half`` + 1 pixels
+    is wall, its centre becomes a point and the window is erased. The scan meets a thick wall at its upper left side, so
+    each point then moves to the centre line of the wall.
     """
     tiles = _tiled(dilated(walls, half), half)
     points = _centred(walls, tiles, half)
@@ -43,7 +45,7 @@ def interest_points(walls: Image, half: int) -> Points:
 
 
 def point_picture(points: Points, shape: tuple[int, int]) -> Image:
-    """The points as single white pixels of a picture of ``shape`` (rows, cols)."""
+    """Draw the points as single white pixels of a picture of ``shape`` (rows, cols)."""
     picture = np.zeros(shape, np.uint8)
     picture[points[:, 1], points[:, 0]] = 255
     return picture
@@ -75,7 +77,7 @@ def _full(walls: NDArray[np.uint8], row: int, col: int, half: int) -> bool:
 
 @njit(cache=True)
 def _centred(walls: NDArray[np.uint8], points: NDArray[np.int64], half: int) -> NDArray[np.int64]:
-    """Each point in the middle of the shorter run of wall through it, or through the wall pixel nearest to it."""
+    """Move each point to the middle of the shorter run of wall through it, or through the nearest wall pixel."""
     moved = points.copy()
     for k in range(len(points)):
         row, col = _nearest_wall(walls, points[k, 1], points[k, 0], half)

@@ -1,4 +1,4 @@
-"""Step 5.2, first half: which way the walls run."""
+"""Step 5.2, first half: find the direction of the walls."""
 
 from __future__ import annotations
 
@@ -27,10 +27,14 @@ trapezoid with sides 9 degrees off 0.3, white noise a contrast of 0.06."""
 
 @dataclass(frozen=True, eq=False)
 class MainDirection:
-    """``angle`` [rad], -pi/4 to pi/4, of one of the two perpendicular directions that walls run in, from u to v of the
-    picture (v down). ``sharpness``, 0 to 1, is how far the maximum stands above every other direction, as a share of
-    its height above the median, and ``contrast`` how far above the median, as a share of itself. ``energies`` (180,)
-    are those of directions 0 to 90 degrees in steps of half a degree, as a share of the greatest."""
+    """One of the two perpendicular directions of the walls.
+
+    - ``angle`` [rad], -pi/4 to pi/4, from u to v of the picture (v down);
+    - ``sharpness``, 0 to 1: height of the maximum over the best other direction, as a share of its height over the
+      median;
+    - ``contrast``: height of the maximum over the median, as a share of itself;
+    - ``energies`` (180,): of directions 0 to 90 degrees in steps of half a degree, as a share of the greatest.
+    """
 
     angle: float
     sharpness: float
@@ -39,17 +43,18 @@ class MainDirection:
 
     @property
     def clear(self) -> bool:
-        """Whether the building has a main direction at all."""
+        """True if the building has a main direction."""
         return self.sharpness >= LEAST_SHARPNESS and self.contrast >= LEAST_CONTRAST
 
 
 def main_direction(walls: Image) -> MainDirection:
-    """The direction in which projections of the walls are sharpest; sharpness 0 where there is no wall.
+    """Find the direction in which projections of the walls are sharpest; sharpness 0 without walls.
 
-    Source: Chen 2021, section 5.2, by the Radon transform. Two things differ. Its single greatest value lies on the
-    diagonal of a thick wall; the sum of squares of a projection lies on its side (as in Carpin 2008, equation 1).
-    And walls at right angles count together, since a turn is sought modulo 90 degrees. Only wall pixels are
-    projected, first by half degrees, then about the maximum by tenths, whose peak's centroid is the answer.
+    Source: Chen 2021, section 5.2, by the Radon transform. Two things differ. The greatest value of the transform is on
+    the diagonal of a thick wall; the sum of squares of a projection is greatest along its side (as in Carpin 2008,
+    equation 1). And walls at right angles count together, because the rotation is sought modulo 90 degrees. Only wall
+    pixels are projected, first by half degrees, then around the maximum by tenths; the centroid of the peak is the
+    result.
     """
     angles = np.arange(0.0, QUARTER_DEG, STEP_DEG)
     points = _points(walls)
@@ -73,7 +78,7 @@ def _points(walls: Image) -> NDArray[np.float64]:
 
 
 def _folded(points: NDArray[np.float64], angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Energy (N,) of each direction and of the one at right angles to it."""
+    """Add the energy (N,) of each direction and of the one at right angles to it."""
     angles = np.radians(angles_deg)
     centred = points - points.mean(axis=0)
     return np.asarray(projected(centred, angles) + projected(centred, angles + math.pi / 2.0))
@@ -81,10 +86,10 @@ def _folded(points: NDArray[np.float64], angles_deg: NDArray[np.float64]) -> NDA
 
 @njit(cache=True)
 def projected(points: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum of squares (N,) of the projection of ``points`` (M, 2), in pixels, along each of the directions.
+    """Sum the squares (N,) of the projection of ``points`` (M, 2), in pixels, along each of the directions.
 
-    A point is shared by the two nearest bins of one pixel and bins are smoothed by 1-2-1, or the lattice of pixels
-    would show at 0 and 45 degrees.
+    A point is shared by the two nearest bins of one pixel, and bins are smoothed by 1-2-1; otherwise the lattice of
+    pixels would show at 0 and 45 degrees.
     """
     reach = math.ceil(np.sqrt((points**2).sum(axis=1).max())) + 3
     energies = np.zeros(len(angles))
@@ -104,7 +109,7 @@ def projected(points: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArr
 
 
 def _centre_of_peak(points: NDArray[np.float64], rough_deg: float) -> float:
-    """How far the peak's centroid lies from its rough place [degrees]: the lattice of pixels moves its very top."""
+    """Return the offset [degrees] of the centroid of the peak, which is less affected by pixels than its top."""
     off = np.arange(-FINE_REACH_DEG, FINE_REACH_DEG + FINE_STEP_DEG / 2.0, FINE_STEP_DEG)
     energies = _folded(points, rough_deg + off)
     weights = np.maximum(energies - max(energies[0], energies[-1]), 0.0)
@@ -112,7 +117,7 @@ def _centre_of_peak(points: NDArray[np.float64], rough_deg: float) -> float:
 
 
 def _sharpness(energies: NDArray[np.float64], angles_deg: NDArray[np.float64], best_deg: float) -> float:
-    """One less the height of the best other direction over that of the best, both above the median."""
+    """Return 1 less the height of the best other direction over that of the best, both above the median."""
     off = np.abs(angles_deg - best_deg)
     apart = np.minimum(off, QUARTER_DEG - off) > BESIDE_DEG
     heights = energies - np.median(energies)

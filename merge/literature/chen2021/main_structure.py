@@ -1,4 +1,4 @@
-"""Step 5.5: walls become one-pixel polylines along rows and columns, pillars small squares."""
+"""Step 5.5: reduce walls to one-pixel polylines along rows and columns, pillars to small squares."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ MOST_OFF_WALL = 0.5
 
 
 def link_window(half: int) -> int:
-    """How far the next point of a wall may lie [pixels] in u and in v, where a tile is 2 ``half`` + 1 wide."""
+    """Return the largest distance [pixels] in u and in v of the next point of a wall; a tile is 2 ``half`` + 1 wide."""
     return TILES_AWAY * (2 * half + 1)
 
 
 def main_structure(walls: Image, points: NDArray[np.intp], half: int, along_axes: bool = True) -> Image:
-    """The picture of the walls' main structure, of the same size.
+    """Draw the main structure of the walls, a picture of the same size.
 
-    Source: Chen 2021, section 5.5. From the topmost point the nearest one left within the window is linked; the link
-    is dropped where more than half of the straight line lies off the (dilated) ``walls``. Of the others the longer of
-    their two legs is drawn, horizontal or vertical, if it lies on the wall, and the way goes on from its end, so that
-    a wall is one straight line; where no point is left in the window, the way begins anew. A point without a link is
-    a pillar, drawn as a square of a tile's size. ``along_axes`` is False for a building without a main direction:
-    links are then drawn as they run.
+    Source: Chen 2021, section 5.5. From the topmost point, the nearest remaining point within the window is linked. The
+    link is dropped if more than half of the straight line is off the (dilated) ``walls``. Of the others the longer of
+    their two legs is drawn, horizontal or vertical, if it is on the wall. The next link starts at its end, so that a
+    wall is one straight line. Without a point in the window, a new line starts. A point without a link is a pillar,
+    drawn as a square of a tile's size. ``along_axes`` is False for a building without a main direction: links are then
+    drawn as they run.
     """
     return np.asarray(_linked(walls, points, link_window(half), half, along_axes), np.uint8)
 

@@ -1,4 +1,4 @@
-"""RANSAC as chapter 4 of Chen 2021 runs it, and his belief in what comes of it."""
+"""RANSAC and acceptance of chapter 4 of Chen 2021."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def most_inliers(
     inlier_distance_cells: float,
     rng: np.random.Generator,
 ) -> Similarity2 | None:
-    """Of similarities through two matches (M, 2) each, drawn at random, the first of most inliers, cells to cells.
+    """Draw similarities through two matches (M, 2) each, and return the first of most inliers, cells to cells.
 
-    Source: Chen 2021, section 4.4. A match is an inlier where its residual in the target is less than the distance.
-    It is not fitted again, and its scale has no bound: near 0 everything is an inlier. None where no sample has a
+    Source: Chen 2021, section 4.4. A match is an inlier if its residual in the target is less than the distance. The
+    result is not fitted again, and its scale has no bound: near 0 everything is an inlier. None if no sample has a
     scale at all.
     """
     if len(source) < 2:
@@ -60,9 +60,11 @@ def _counts(p: Complex, q: Complex, turns: Complex, shifts: Complex, distance: f
     return counts
 
 
-def believed_by_index(target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2) -> PairAnswer:
-    """The answer with its acceptance index as confidence. The thesis has no threshold: every answer is believed that
-    has an index at all, but for one that would shrink a map to nothing beside the other."""
+def accept_by_index(target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2) -> PairAnswer:
+    """Accept an answer with its acceptance index as confidence.
+
+    The thesis has no threshold: every answer with common cells is accepted, unless one map would collapse.
+    """
     index = compare_cells(target, source, answer).acceptance_index
     collapsed = not 1.0 / MOST_TIMES_LARGER <= answer.scale <= MOST_TIMES_LARGER
     text = NO_COMMON_CELL if index is None else COLLAPSED if collapsed else None

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.literature.chen2021.ransac import believed_by_index, most_inliers
-from merge.literature.published import nothing_found
+from merge.literature.chen2021.ransac import accept_by_index, most_inliers
+from merge.literature.published import no_answer
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
@@ -63,11 +63,11 @@ class Sift:
 
     @staticmethod
     def as_published(feature: FeatureName = "sift") -> Sift:
-        """The settings of the thesis: OpenCV's defaults on the bare picture, ratio 0.75, 5 pixels, 2000 samples."""
+        """Return the settings of the thesis: OpenCV's defaults on the bare picture, ratio 0.75, 2000 samples."""
         return Sift(feature, ratio=0.75, smoothing_cells=0.0, precise_upscale=False, most_features=500)
 
     def describe(self, chart: PreparedMap) -> Features:
-        """The map's features; none on a blank map, nor by ORB on a very small one."""
+        """Detect the map's features; none on a blank map, nor by ORB on a very small one."""
         picture = trinary_picture(chart.grid)
         if self.smoothing_cells > 0.0:
             picture = cv2.GaussianBlur(picture, (0, 0), self.smoothing_cells).astype(np.uint8)
@@ -88,7 +88,7 @@ class Sift:
     def propose(
         self, target: Features, source: Features, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """Similarities that many matched keypoints agree on, most first; empty where too few match."""
+        """Propose similarities with many inliers among the matched keypoints, most first; none if too few match."""
         matched = self.matched(target, source)
         pairs = np.asarray(
             np.unique(np.round(np.hstack(matched), 3), axis=0), np.float64
@@ -96,22 +96,24 @@ class Sift:
         return consensus(pairs[:, :2], pairs[:, 2:], scale, rng, self.consensus)
 
     def published(self, target: Features, source: Features, scale: ScaleRange, rng: np.random.Generator) -> PairAnswer:
-        """The sample of two matches that most others agree with, not fitted again, by its acceptance index alone; its
-        scale is free whatever the range."""
+        """Return the sample of two matches with most inliers, not fitted again, accepted by its acceptance index alone.
+
+        Its scale is free whatever the range.
+        """
         settings = self.consensus
         found = most_inliers(*self.matched(target, source), settings.samples, settings.inlier_distance_cells, rng)
-        return nothing_found() if found is None else believed_by_index(target.grid, source.grid, found)
+        return no_answer() if found is None else accept_by_index(target.grid, source.grid, found)
 
     def matched(self, target: Features, source: Features) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Points (M, 2) of the target and (M, 2) of the source whose features match."""
+        """Match features; return points (M, 2) of the target and (M, 2) of the source."""
         target_index, source_index = match(target.descriptors, source.descriptors, self.ratio)
         return target.points[target_index], source.points[source_index]
 
 
 def match(target: Descriptors, source: Descriptors, ratio: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Indices (M,) and (M,) of descriptors that match: nearest, and nearer than ``ratio`` times the second nearest.
+    """Match descriptors: nearest, and nearer than ``ratio`` times the second nearest.
 
-    Source: Lowe 2004, section 7.1.
+    Return indices (M,) into the target and (M,) into the source. Source: Lowe 2004, section 7.1.
     """
     if len(target) < 2 or not len(source):
         return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)

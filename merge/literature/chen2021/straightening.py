@@ -1,4 +1,4 @@
-"""Step 5.2, second half: the map turned so that its walls run along rows and columns."""
+"""Step 5.2, second half: rotate the map so that its walls run along rows and columns."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ MARGIN = 16
 
 @dataclass(frozen=True, eq=False)
 class Straightened:
-    """The turned picture, cut to its walls and a margin, and the ``matrix`` (2, 3) from pixels of the picture
-    before to its own, centres at integers."""
+    """The rotated picture, cropped to its walls and a margin.
+
+    ``matrix`` (2, 3) maps pixels of the original picture to its own, centres at integers.
+    """
 
     walls: Image
     matrix: NDArray[np.float64]
 
     def before(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where pixels (N, 2) of the turned picture were before."""
+        """Map pixels (N, 2) of the rotated picture to the original picture."""
         return (pixels - self.matrix[:, 2]) @ self.matrix[:, :2]  # the inverse of a turn is its transpose
 
 
 def straightened(walls: Image, angle: float) -> Straightened:
-    """Turn the picture by ``-angle`` [rad, from u to v], so that what ran along ``angle`` runs along rows.
+    """Rotate the picture by ``-angle`` [rad, from u to v], so that walls along ``angle`` run along rows.
 
     Source: Chen 2021, section 5.2: enlarged canvas, bilinear, binarised again.
     """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,34 +11,38 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.preparation.prepared_map import label_nearest
+from merge.preparation.surface import Indices
+from merge.records.validation import require_valid
 from merge.verification.cell_overlap import centres
 
 
 @dataclass(frozen=True, eq=False)
 class WallCells:
-    """The wall cells of a map, centres (N, 2) in cells, and for each cell of the raster and of ``margin`` more on every
-    side the index of the nearest of them."""
+    """The wall cells of a map.
+
+    Centres (N, 2) in cells, and for each cell of the raster and of ``margin`` more on every side the index of the
+    nearest of them.
+    """
 
     points: NDArray[np.float64]
-    nearest: NDArray[np.intp]
+    nearest: Indices
     margin: int
 
     @staticmethod
     def of(grid: OccupancyGrid, margin: int) -> WallCells:
-        """Of a grid; a map without walls has no point and no nearest."""
+        """Collect the wall cells of a grid; a map without walls has no point."""
         points = centres(grid.occupied)
         if not len(points):
-            return WallCells(points, np.zeros((0, 0), np.intp), margin)
-        elsewhere = np.pad(np.where(grid.occupied, 0, 1).astype(np.uint8), margin, constant_values=1)
-        _, labels = cv2.distanceTransformWithLabels(
-            elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
-        )
-        index = np.zeros(int(labels.max()) + 1, np.intp)
-        index[labels[elsewhere == 0]] = np.arange(len(points))
-        return WallCells(points, index[labels], margin)
+            return WallCells(points, np.zeros((0, 0), np.int32), margin)
+        rows, cols = (side + 2 * margin for side in grid.frame.shape)
+        nearest = np.empty((rows, cols), np.int32)
+        row, col = np.nonzero(grid.occupied)
+        label_nearest(nearest, row + margin, col + margin, np.arange(len(points)))
+        return WallCells(points, nearest, margin)
 
     def partners(self, points: NDArray[np.float64], gate: float) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """The nearest wall cells of points (M, 2), and whether each lies within ``gate`` cells."""
+        """Find the nearest wall cells of points (M, 2), and test if each is within ``gate`` cells."""
         cells = np.floor(points).astype(np.intp)[:, ::-1] + self.margin
         inside = np.all((cells >= 0) & (cells < np.array(self.nearest.shape)), axis=1)
         cells = np.clip(cells, 0, np.array(self.nearest.shape) - 1)
@@ -50,8 +53,14 @@ class WallCells:
 
 @dataclass(frozen=True)
 class IcpSettings:
-    """``gate_cells`` of the coarser map is Chen's 10 pixels; it closes to ``least_gate_cells`` by halves, once the
-    steps at one gate have come to rest. ``points`` is a sample of the source's wall cells."""
+    """ICP on wall cells.
+
+    - ``gate_cells``: first gate, in cells of the coarser map; Chen's 10 pixels;
+    - ``least_gate_cells``: the gate is halved until this, whenever the points have come to rest;
+    - ``iterations``: steps at one gate, at most;
+    - ``points``: size of the sample of the source's wall cells;
+    - ``rest_cells``: points that move by less have come to rest.
+    """
 
     gate_cells: float = 10.0
     least_gate_cells: float = 2.5
@@ -60,9 +69,7 @@ class IcpSettings:
     rest_cells: float = 0.01
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not value > 0:
-                raise ValueError(f"IcpSettings: {name} is {value}, must be positive")
+        require_valid(self)
 
 
 def icp(
@@ -72,8 +79,7 @@ def icp(
     scale: ScaleRange,
     settings: IcpSettings = IcpSettings(),
 ) -> Similarity2:
-    """The similarity, cells to cells, that wall cells within the gate settle at, from ``start``; ``start`` itself where
-    fewer than three have a partner.
+    """Align wall cells within the gate, cells to cells, from ``start``; return ``start`` if fewer than three match.
 
     Source: Besl and McKay 1992 with the gate and closed form of Chen 2021, section 5.6 (here Umeyama 1991).
     """

@@ -1,4 +1,4 @@
-"""How thick the walls of a picture are: what the steps' sizes are derived from."""
+"""Thickness of the walls of a picture, from which the sizes of the steps follow."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ THICK_SHARE = 0.9
 
 @dataclass(frozen=True)
 class WallThickness:
-    """Of a picture's walls [pixels], at least 1: the ``usual`` one, and the ``thick`` one that nine tenths of their
-    length keep within."""
+    """Thickness of a picture's walls [pixels], at least 1: the ``usual`` one, and the 90 % quantile ``thick``."""
 
     usual: int
     thick: int
@@ -40,7 +39,7 @@ def wall_thickness(walls: Image) -> WallThickness:
 
 @njit(cache=True)
 def run_lengths(walls: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """For each pixel how many wall pixels follow one another through it along its row; 0 where there is no wall."""
+    """Return the length of the run of wall pixels through each pixel along its row; 0 outside walls."""
     lengths = np.zeros(walls.shape, np.int32)
     for row in range(walls.shape[0]):
         start = 0

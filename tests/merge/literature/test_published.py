@@ -9,7 +9,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from merge.literature.published import judged, nothing_found
+from merge.literature.published import accept_by_score, no_answer
 from merge.merger import match_maps, merge_maps
 from merge.methods import ProposerSettings, method_names, proposers_of, published_names, published_of
 from merge.preparation.prepared_map import PreparedMap
@@ -62,15 +62,15 @@ def test_a_method_without_an_answer_of_its_own_is_refused():
 
 @pytest.mark.parametrize(("score", "accepted"), [(0.0, False), (9.9, False), (10.0, True), (1e9, True)])
 def test_confidence_is_one_half_at_the_threshold_and_rises_with_the_score(score, accepted):
-    verdict = judged(Similarity2(), "the score", score, 10.0).verdict
+    verdict = accept_by_score(Similarity2(), "the score", score, 10.0).verdict
     assert verdict.accepted is accepted
     assert (verdict.confidence >= 0.5) is accepted
     assert (verdict.reason is None) is accepted
-    assert verdict.confidence <= judged(Similarity2(), "the score", score + 1.0, 10.0).verdict.confidence
+    assert verdict.confidence <= accept_by_score(Similarity2(), "the score", score + 1.0, 10.0).verdict.confidence
 
 
 def test_nothing_found_is_a_refusal_with_a_reason():
-    answer = nothing_found()
+    answer = no_answer()
     assert answer.target_from_source is None
     assert not answer.verdict.accepted
     assert answer.verdict.reason

@@ -5,7 +5,7 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.literature.chen2021.corner_consensus import ConsensusSettings, agreements
+from merge.literature.chen2021.corner_consensus import ConsensusSettings, corner_consensus
 
 QUARTERS = [k * math.pi / 2 for k in range(4)]
 
@@ -27,7 +27,7 @@ def off(answer, truth):
 def test_a_quarter_turn_is_found_among_chance_corners(quarter):
     truth = Similarity2(40.0, -25.0, QUARTERS[quarter], 1.0)
     target, source = corner_sets(np.random.default_rng(quarter), truth)
-    best = agreements(target, source, QUARTERS, ScaleRange.known())[0]
+    best = corner_consensus(target, source, QUARTERS, ScaleRange.known())[0]
     assert off(best.target_from_source, truth) < 2.0
     assert best.inliers >= 23
     assert len(set(best.target.tolist())) == len(best.target) == len(best.source)
@@ -39,42 +39,43 @@ def test_a_quarter_turn_is_found_among_chance_corners(quarter):
 def test_the_scale_is_found_within_its_range(scale):
     truth = Similarity2(5.0, 60.0, math.pi / 2, scale)
     target, source = corner_sets(np.random.default_rng(3), truth)
-    best = agreements(target, source, QUARTERS, ScaleRange.free())[0]
+    best = corner_consensus(target, source, QUARTERS, ScaleRange.free())[0]
     assert off(best.target_from_source, truth) < 3.0
 
 
 def test_any_rotation_is_found_where_none_is_known():
     truth = Similarity2(5.0, 60.0, 0.83, 1.0)
     target, source = corner_sets(np.random.default_rng(4), truth)
-    best = agreements(target, source, None, ScaleRange.known())[0]
+    best = corner_consensus(target, source, None, ScaleRange.known())[0]
     assert off(best.target_from_source, truth) < 2.0
     assert all(
-        off(one.target_from_source, truth) > 5.0 for one in agreements(target, source, QUARTERS, ScaleRange.known())
+        off(one.target_from_source, truth) > 5.0
+        for one in corner_consensus(target, source, QUARTERS, ScaleRange.known())
     )
 
 
 def test_it_is_the_same_on_every_run_and_most_inliers_come_first():
     target, source = corner_sets(np.random.default_rng(5), Similarity2(1.0, 2.0, math.pi, 1.0))
-    one, other = (agreements(target, source, QUARTERS, ScaleRange.known()) for _ in range(2))
+    one, other = (corner_consensus(target, source, QUARTERS, ScaleRange.known()) for _ in range(2))
     assert [a.target_from_source for a in one] == [a.target_from_source for a in other]
     assert [a.inliers for a in one] == sorted((a.inliers for a in one), reverse=True)
 
 
 def test_a_known_scale_is_kept():
     target, source = corner_sets(np.random.default_rng(6), Similarity2(1.0, 2.0, 0.0, 1.05))
-    for one in agreements(target, source, QUARTERS, ScaleRange.known()):
+    for one in corner_consensus(target, source, QUARTERS, ScaleRange.known()):
         assert one.target_from_source.scale == 1.0
 
 
 def test_too_few_corners_agree_on_nothing():
     few = np.array([(0.0, 0.0), (50.0, 0.0)])
-    assert agreements(few, few, QUARTERS, ScaleRange.known()) == []
-    assert agreements(np.empty((0, 2)), few, None, ScaleRange.free()) == []
+    assert corner_consensus(few, few, QUARTERS, ScaleRange.known()) == []
+    assert corner_consensus(np.empty((0, 2)), few, None, ScaleRange.free()) == []
 
 
 def test_corners_all_in_one_place_are_no_crash():
     place = np.full((30, 2), 7.0)
-    assert agreements(place, place, None, ScaleRange.free()) == []
+    assert corner_consensus(place, place, None, ScaleRange.free()) == []
 
 
 def test_a_bad_setting_is_named():

@@ -3,8 +3,8 @@ import pytest
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.literature.chen2021.corner_consensus import Agreement
-from merge.literature.chen2021.morphology import Morphology, one_a_quarter
+from merge.literature.chen2021.corner_consensus import CornerMatch
+from merge.literature.chen2021.morphology import Morphology, best_of_each_quadrant
 from merge.preparation.prepared_map import PreparedMap
 from tests.merge.literature.crisp import CELL, blank, crisp_pair, off_share
 from tests.merge.rooms import cave, observed, viewpoints
@@ -63,9 +63,9 @@ def test_blank_maps_are_proposed_nothing_and_refused():
 def test_the_first_of_each_quarter_is_kept():
     none = np.empty(0, np.intp)
     yaws = (0.1, 0.2, 1.6, -3.0, 0.05, -1.5)
-    found = [Agreement(Similarity2(yaw=yaw), none, none, 0) for yaw in yaws]
-    assert [one.target_from_source.yaw for one in one_a_quarter(found)] == [0.1, 1.6, -3.0, -1.5]
-    assert one_a_quarter([]) == []
+    found = [CornerMatch(Similarity2(yaw=yaw), none, none, 0) for yaw in yaws]
+    assert [one.target_from_source.yaw for one in best_of_each_quadrant(found)] == [0.1, 1.6, -3.0, -1.5]
+    assert best_of_each_quadrant([]) == []
 
 
 def test_a_bad_setting_is_named():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.literature.chen2021.ransac import believed_by_index, most_inliers
+from merge.literature.chen2021.ransac import accept_by_index, most_inliers
 from tests.merge.literature.crisp import crisp_pair
 
 
@@ -47,7 +47,7 @@ def test_without_two_distinct_matches_there_is_no_similarity():
 )
 def test_what_shares_nothing_or_shrinks_a_map_to_nothing_is_not_believed(answer, reason):
     target, source, truth = crisp_pair()
-    assert believed_by_index(target.grid, source.grid, truth).verdict.accepted
-    refused = believed_by_index(target.grid, source.grid, answer).verdict
+    assert accept_by_index(target.grid, source.grid, truth).verdict.accepted
+    refused = accept_by_index(target.grid, source.grid, answer).verdict
     assert not refused.accepted
     assert reason in str(refused.refusal)

@@ -1,4 +1,4 @@
-"""Matched points, and the similarity that most of them agree on."""
+"""OpenCV's RANSAC of a similarity on matched points."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from merge.records.proposal import Proposal
 
 
 @dataclass(frozen=True, eq=False)
-class AgreedMatches:
-    """Matched points (M, 2) and (M, 2), the similarity that most agree on, and who does (M,)."""
+class RansacFit:
+    """Matched points (M, 2) and (M, 2), the similarity of RANSAC, and a mask (M,) of its inliers."""
 
     target: NDArray[np.float64]
     source: NDArray[np.float64]
@@ -24,17 +24,17 @@ class AgreedMatches:
     inliers: NDArray[np.bool_]
 
     def proposals(self, scale: ScaleRange) -> tuple[Proposal, ...]:
-        """The similarity fitted again on the inliers, within the bounds of the scale; empty where they fix none."""
+        """Propose the similarity fitted to the inliers, within the bounds of the scale; none if they determine none."""
         fit = fit_similarity(self.target[self.inliers], self.source[self.inliers], scale)
         if fit is None:
             return ()
         return (Proposal(fit, matches=len(self.inliers), inliers=int(self.inliers.sum())),)
 
 
-def agreed(
+def ransac_similarity(
     target: NDArray[np.float64], source: NDArray[np.float64], inlier_distance_cells: float
-) -> AgreedMatches | None:
-    """OpenCV's RANSAC for a similarity (Fischler and Bolles 1981), whose seed is fixed; None where it finds none."""
+) -> RansacFit | None:
+    """Run OpenCV's RANSAC for a similarity (Fischler and Bolles 1981), whose seed is fixed; None if it finds none."""
     if len(source) < 3:
         return None
     matrix, inliers = cv2.estimateAffinePartial2D(
@@ -42,4 +42,4 @@ def agreed(
     )
     if matrix is None or not np.isfinite(matrix).all() or not np.hypot(matrix[0, 0], matrix[1, 0]) > 0.0:
         return None
-    return AgreedMatches(target, source, Similarity2.from_matrix(matrix), inliers.ravel().astype(bool))
+    return RansacFit(target, source, Similarity2.from_matrix(matrix), inliers.ravel().astype(bool))
