@@ -42,12 +42,12 @@ class FramePerturbationRanges:
         if not 1.0 / LARGEST_SCALE <= self.scale_low <= self.scale_high <= LARGEST_SCALE:
             scale = f"{self.scale_low:g}:{self.scale_high:g}"
             bounds = f"{1.0 / LARGEST_SCALE:g} <= LO <= HI <= {LARGEST_SCALE:g}"
-            raise ValueError(f"frame perturbation: scale is {scale}, must be LO:HI with {bounds}")
+            raise ValueError(f"FramePerturbationRanges: scale is {scale}, must be LO:HI with {bounds}")
         if not 0.0 <= self.max_yaw <= math.pi:
-            raise ValueError(f"frame perturbation: max_yaw is {self.max_yaw}, must lie between 0 and pi")
+            raise ValueError(f"FramePerturbationRanges: max_yaw is {self.max_yaw}, must lie between 0 and pi")
         if not 0.0 <= self.max_offset <= LARGEST_OFFSET:
             raise ValueError(
-                f"frame perturbation: max_offset is {self.max_offset}, must lie between 0 and {LARGEST_OFFSET:g} m"
+                f"FramePerturbationRanges: max_offset is {self.max_offset}, must lie between 0 and {LARGEST_OFFSET:g} m"
             )
 
     @property

@@ -145,7 +145,7 @@ def test_another_robot_changes_no_other_perturbation():
     [{"scale_low": 0.0}, {"scale_low": 3.0}, {"max_yaw": 4.0}, {"max_offset": -1.0}, {"max_offset": math.inf}],
 )
 def test_bad_ranges_are_refused(setting):
-    with pytest.raises(ValueError, match="frame perturbation"):
+    with pytest.raises(ValueError, match="FramePerturbationRanges"):
         FramePerturbationRanges(**setting)
 
 
