@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mapping.numbers import parse_range
+
+WIDEST = 20.0
+"""Scales are searched from its inverse up to it."""
+
 
 @dataclass(frozen=True)
 class ScaleRange:
@@ -37,19 +42,20 @@ class ScaleRange:
         return ScaleRange(0.5, 2.0)
 
     @staticmethod
-    def parse(text: str) -> ScaleRange:
-        """Parse ``known``, ``free`` or ``LO:HI``. Raises ``ValueError`` naming the text."""
-        if text in ("known", "free"):
-            return ScaleRange.known() if text == "known" else ScaleRange.free()
-        low, _, high = text.partition(":")
+    def parse(text: str) -> ScaleRange | None:
+        """Parse the scales that an answer may have: known, free (0.5 to 2), LO:HI, or auto: None, the maps decide.
+
+        Raises ``ValueError`` naming the text.
+        """
+        if text in ("auto", "known", "free"):
+            return {"auto": None, "known": ScaleRange.known(), "free": ScaleRange.free()}[text]
         try:
-            bounds = float(low), float(high)
+            low, high = parse_range(text)
         except ValueError:
-            raise ValueError(f"scale is {text!r}, must be known, free or LO:HI such as 0.5:2") from None
-        try:
-            return ScaleRange(*bounds)
-        except ValueError as error:
-            raise ValueError(f"scale is {text!r}: {error}") from None
+            raise ValueError(f"scale is {text}, must be auto, known, free or LO:HI such as 0.5:2") from None
+        if not 1.0 / WIDEST <= low <= high <= WIDEST:
+            raise ValueError(f"scale is {text}, must be LO:HI with {1.0 / WIDEST:g} <= LO <= HI <= {WIDEST:g}")
+        return ScaleRange(low, high)
 
     @property
     def fixed(self) -> bool:

@@ -9,7 +9,7 @@ import typer
 
 from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED
 
-_OF_A_FIELD = re.compile(r"(?:\w+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
+_OF_A_FIELD = re.compile(r"(?:[\w ]+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
 """What settings say of a field that is out of range."""
 
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from mapping.geometry.scale_range import ScaleRange
 from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
 from mapquilt.cli.options.files import Unknown, path
 from mapquilt.cli.options.merge import (
@@ -16,15 +17,15 @@ from mapquilt.cli.options.merge import (
     ReferenceOption,
     pair_workers,
     parse_priors,
-    searched_scales,
 )
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption
 from mapquilt.cli.tables import merge_table, print_table, warn
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import remote_runner
+from mapquilt.leaves import with_assignments
 from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
 from mapquilt.merging.merge_again import answers_before
-from mapquilt.merging.merge_file import merge_record
+from mapquilt.merging.merge_file import MergeTree, merge_record
 from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
 from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, file_inputs, run_inputs
 from mapquilt.runs import folder as run_folder
@@ -70,6 +71,12 @@ def merge(
             "others again; one that is called as a map there takes its place. Repeatable.",
         ),
     ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="Any setting of the merge by its dotted name, such as max_log_odds=4."
+        ),
+    ] = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
@@ -88,14 +95,15 @@ def merge(
 ) -> int:
     """Find the transforms between maps, and merge them into one for each group that they join to."""
     settings = MergeSettings(
-        method,
-        searched_scales(scale),
-        as_published,
-        _decision(min_confidence, as_published),
-        reference,
-        _fusion(fusion),
-        parse_priors(prior or ()),
+        method=method,
+        scale=ScaleRange.parse(scale),
+        as_published=as_published,
+        acceptance=_acceptance(min_confidence, as_published),
+        reference=reference,
+        fusion=_fusion(fusion),
+        priors=parse_priors(prior or ()),
     )
+    settings = with_assignments(MergeTree(settings), "--set", changes or ()).merge
     if debug is not None:
         refuse_debug(debug, settings, maps)
     inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
@@ -151,7 +159,7 @@ def _fusion(name: str) -> FusionName:
     raise ValueError(f"--fusion {name}: must be one of {', '.join(FUSIONS)}")
 
 
-def _decision(min_confidence: float | None, as_published: bool) -> AcceptanceSettings:
+def _acceptance(min_confidence: float | None, as_published: bool) -> AcceptanceSettings:
     if min_confidence is None:
         return AcceptanceSettings()
     if as_published:

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from mapping.settings import MappingSettings
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out, RunFolder
 from mapquilt.cli.options.sensing import (
@@ -19,14 +18,11 @@ from mapquilt.cli.options.sensing import (
     Resolution,
     ScaleOption,
     SetOption,
-    disguise_ranges,
-    parse_components,
+    sample_settings,
 )
 from mapquilt.cli.tables import count_of_maps, print_table
 from mapquilt.jobs.progress import count_progress
-from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.stages import run_seed, sense_run
-from sim.sensors.settings import SensingSettings
 
 
 def sense(
@@ -45,12 +41,18 @@ def sense(
     parts: Annotated[int, typer.Option(help="Cut each robot's mission in time into so many parts: a map each.")] = 1,
 ) -> int:
     """Make another run of the same mission, at another noise level, without the simulator."""
-    settings = SampleSettings(
-        SensingSettings(noise, parse_components(components or [])),
-        MappingSettings(poses, resolution, model, clear_range),
-        disguise_ranges(scale, max_rotation, max_offset),
-        parts,
-        run_seed(run) if seed is None else seed,
+    settings = sample_settings(
+        noise=noise,
+        poses=poses,
+        resolution=resolution,
+        model=model,
+        clear_range=clear_range,
+        scale=scale,
+        max_rotation=max_rotation,
+        max_offset=max_offset,
+        parts=parts,
+        changes=components or (),
+        seed=run_seed(run) if seed is None else seed,
     )
     with count_progress("mapping") as on_mapping:
         mission = sense_run(run, out, settings, on_mapping)

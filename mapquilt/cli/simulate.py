@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from mapping.settings import MappingSettings
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out
 from mapquilt.cli.options.mission import (
@@ -28,21 +27,18 @@ from mapquilt.cli.options.sensing import (
     Resolution,
     ScaleOption,
     SetOption,
-    chosen_lidar,
-    disguise_ranges,
-    parse_components,
+    sample_settings,
 )
 from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName, open_place
 from mapquilt.cli.tables import count_of_maps, print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
 from mapquilt.runs.overlap_report import overlap_told
-from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.stages import simulate_run
+from mapquilt.settings import lidar_at_rate
 from sim.mission.settings import PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive, DriveLimits
-from sim.sensors.settings import SensingSettings
 
 
 def simulate(
@@ -79,7 +75,7 @@ def simulate(
     """Drive robots through a world; leave their maps, their logs and the truth."""
     place, warnings = open_place(world, seed, width, height, plan_resolution)
     warn(warnings)
-    carried = chosen_lidar(lidar, rate)
+    carried = lidar_at_rate(lidar, rate)
     mission, paths = parse_mission(
         MissionOptions(
             robots,
@@ -97,17 +93,24 @@ def simulate(
             overlap,
         )
     )
-    sample = SampleSettings(
-        SensingSettings(noise, parse_components(components or [])),
-        MappingSettings(poses, resolution, model, clear_range),
-        disguise_ranges(scale, max_rotation, max_offset),
+    sample = sample_settings(
+        noise=noise,
+        poses=poses,
+        resolution=resolution,
+        model=model,
+        clear_range=clear_range,
+        scale=scale,
+        max_rotation=max_rotation,
+        max_offset=max_offset,
+        parts=1,
+        changes=components or (),
         seed=seed,
     )
     with mission_progress(mission.duration) as (on_progress, on_mapping):
         made = simulate_run(out, place, mission, sample, seed, on_progress, paths, on_mapping)
     print_table(
         f"{out}: {count_of_maps(len(mission.robots))} of {place.name}, seed {seed}, "
-        f"{mission.duration:g} s, noise {noise:g}"
+        f"{mission.duration:g} s, noise {sample.sensing.noise:g}"
     )
     print_table(coverage_line(out))
     if mission.overlap is not None:

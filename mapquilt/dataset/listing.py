@@ -8,9 +8,9 @@ from typing import Any
 
 from rich.table import Table
 
+from mapping.numbers import parse_range
 from mapquilt.cli.tables import plain_table
 from mapquilt.dataset.manifest import Manifest
-from mapquilt.numbers import parse_range
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,10 @@ from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.seeds import Role, derived_seed, stream
 from mapping.settings import MappingSettings
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
+from mapquilt.leaves import with_assignments
 from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.true_footprints import map_names
+from mapquilt.settings import COMBINED, ExperimentConfig
 from sim.sensors.settings import SensingSettings
 
 
@@ -72,7 +74,9 @@ def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
             index = len(missions)
             first = index * spec.samples.per_mission
             samples = tuple(
-                SamplePlan(k, _settings(combinations[k % len(combinations)], spec.seed, k))
+                SamplePlan(
+                    k, combinations[k % len(combinations)].sample(derived_seed(spec.seed, Role.DATASET_SAMPLE, k))
+                )
                 for k in range(first, first + spec.samples.per_mission)
             )
             seed = derived_seed(spec.seed, Role.DATASET_WORLD, index)
@@ -80,25 +84,31 @@ def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
     return DatasetPlan(tuple(missions), _negatives(spec, missions))
 
 
-def _combinations(samples: SamplesSpec, seed: int) -> list[tuple[object, ...]]:
-    """Every combination of the values once, in a shuffled order, so that a few samples do not share one value."""
-    every = list(
-        itertools.product(
+def _sample_seed(spec: DatasetSpec, index: int) -> int:
+    return derived_seed(spec.seed, Role.DATASET_SAMPLE, index)
+
+
+def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
+    """Combine the values, every combination once, in a shuffled order: a few samples do not share one value."""
+    changes = [[f"{name}={value}" for value in values] for name, values in samples.set.items()]
+    every = [
+        with_assignments(
+            ExperimentConfig(
+                sensing=SensingSettings(noise),
+                mapping=MappingSettings(poses, resolution, model),
+                perturbation=FramePerturbationRanges(*scale),
+                parts=parts,
+            ),
+            "set",
+            assignments,
+            COMBINED,
+        )
+        for noise, poses, scale, parts, resolution, model in itertools.product(
             samples.noise, samples.poses, samples.scale, samples.parts, samples.resolution, samples.sensor_model
         )
-    )
+        for assignments in itertools.product(*changes)
+    ]
     return [every[k] for k in stream(seed, Role.DATASET_ORDER).permutation(len(every))]
-
-
-def _settings(combination: tuple[object, ...], seed: int, index: int) -> SampleSettings:
-    noise, poses, scale, parts, resolution, model = combination
-    return SampleSettings(
-        sensing=SensingSettings(noise),  # type: ignore[arg-type]
-        mapping=MappingSettings(poses, resolution, model),  # type: ignore[arg-type]
-        perturbation=FramePerturbationRanges(*scale),  # type: ignore[misc]
-        parts=parts,  # type: ignore[arg-type]
-        seed=derived_seed(seed, Role.DATASET_SAMPLE, index),
-    )
 
 
 def _splits(spec: DatasetSpec, count: int) -> list[str]:

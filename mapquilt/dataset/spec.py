@@ -11,7 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.grid.sensor_model import sensor_model
 from mapping.io.safe_load import read_yaml, yaml_value
+from mapquilt.leaves import with_assignments
 from mapquilt.runs.true_footprints import check_parts
+from mapquilt.settings import COMBINED, ExperimentConfig
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
 from sim.sensors.lidar_presets import lidar_preset
@@ -60,6 +62,7 @@ class SamplesSpec(_Strict):
     """How often each mission is sensed, and the values that the samples take in turn, each as often as the others.
 
     ``scale`` holds ranges of true metres per stated metre, ``parts`` into how many maps each robot's time is cut.
+    ``set`` lists values of any other setting of sensing, mapping or perturbation by its dotted name.
     """
 
     per_mission: Annotated[int, Field(ge=1)] = 4
@@ -69,6 +72,7 @@ class SamplesSpec(_Strict):
     parts: tuple[int, ...] = (1,)
     resolution: tuple[Positive, ...] = (0.05,)
     sensor_model: tuple[str, ...] = ("octomap",)
+    set: dict[str, tuple[float | str, ...]] = {}
 
     @model_validator(mode="after")
     def _check(self) -> SamplesSpec:
@@ -81,6 +85,11 @@ class SamplesSpec(_Strict):
             check_parts(parts)
         for model in self.sensor_model:
             sensor_model(model)
+        for name, values in self.set.items():
+            if not values:
+                raise ValueError(f"set.{name} lists no value")
+            for value in values:
+                with_assignments(ExperimentConfig(), "set", [f"{name}={value}"], COMBINED)
         return self
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,24 @@ import numpy as np
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.json_file import similarity_from_record, similarity_record
+from mapquilt.leaves import changed_leaves
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
 from merge.records.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
 from merge.records.verdict import Refusal
 from merge.settings import MergeSettings
+
+
+@dataclass(frozen=True)
+class MergeTree:
+    """Hold the settings of a merge under the name that they have in the whole tree."""
+
+    merge: MergeSettings = field(default_factory=MergeSettings)
+
+
+RECORDED_APART = ("method", "scale", "as_published", "reference", "fusion", "acceptance.min_confidence")
+"""Settings with a field of their own in merge.json."""
 
 
 def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> dict[str, Any]:
@@ -43,6 +55,11 @@ def settings_record(settings: MergeSettings, scale: ScaleRange, seed: int) -> di
         "seed": seed,
         "min_confidence": settings.acceptance.min_confidence,
         "priors": [dataclasses.asdict(prior) for prior in settings.priors],
+        "settings": {
+            name: value
+            for name, value in changed_leaves(MergeTree(settings), MergeTree()).items()
+            if name.removeprefix("merge.") not in RECORDED_APART
+        },
     }
 
 

@@ -12,7 +12,7 @@ from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapquilt.cli.options.world import open_place
 from mapquilt.jobs.mission_cache import MissionCache
-from mapquilt.study.setup import ExperimentConfig
+from mapquilt.settings import ExperimentConfig
 from sim.mission.mission import Mission, simulate
 from sim.mission.overlap import overlap_cut
 from sim.mission.settings import MissionSettings
@@ -26,9 +26,9 @@ def largest_mission(world: str, seed: int, setups: Sequence[ExperimentConfig], c
     Raises ``ValueError`` where the world does not hold the robots.
     """
     first = setups[0]
-    robots, duration = max(setup.robots for setup in setups), max(setup.duration for setup in setups)
-    settings = replace(first, robots=robots, duration=duration, overlap=None, beams=None).mission()
-    place, _ = open_place(first.world or world, seed, first.width, first.height)
+    robots, duration = max(setup.mission.robots for setup in setups), max(setup.mission.duration for setup in setups)
+    settings = replace(first.mission, robots=robots, duration=duration, overlap=None, beams=None).mission()
+    place, _ = open_place(first.world.family or world, seed, first.world.width, first.world.height)
     if cache is None:
         return simulate(place, settings, seed)[0]
     kept = MissionCache(cache).mission(place, settings, seed)
@@ -42,23 +42,25 @@ def cut_mission(mission: Mission, setup: ExperimentConfig) -> Mission:
 
     If no ends reach the overlap, the nearest are taken.
     """
-    robots = mission.settings.robots[: setup.robots]
-    kept = _with_robots(mission, mission.robots[: setup.robots], setup)
-    kept = kept.cut([robot.scans(setup.duration) for robot in robots])
-    if setup.overlap is None:
+    robots = mission.settings.robots[: setup.mission.robots]
+    kept = _with_robots(mission, mission.robots[: setup.mission.robots], setup)
+    kept = kept.cut([robot.scans(setup.mission.duration) for robot in robots])
+    if setup.mission.overlap is None:
         return kept
     frame = true_raster(mission.world, TRUE_RESOLUTION).frame
-    return kept.cut(overlap_cut(kept.robots, frame, setup.overlap, setup.clear_range).scans)
+    return kept.cut(overlap_cut(kept.robots, frame, setup.mission.overlap, setup.mapping.clear_range).scans)
 
 
 def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: ExperimentConfig) -> Mission:
     settings = mission.settings
     robots = settings.robots[: len(truths)]
-    if setup.beams is not None:
-        truths = [_thinned(truth, robot.lidar, setup.beams) for truth, robot in zip(truths, robots, strict=True)]
-        robots = tuple(replace(robot, lidar=_lidar(robot.lidar, setup.beams)) for robot in robots)
+    if setup.mission.beams is not None:
+        truths = [
+            _thinned(truth, robot.lidar, setup.mission.beams) for truth, robot in zip(truths, robots, strict=True)
+        ]
+        robots = tuple(replace(robot, lidar=_lidar(robot.lidar, setup.mission.beams)) for robot in robots)
     smaller = MissionSettings(
-        robots, setup.duration, settings.starts, settings.drive, settings.policy, overlap=setup.overlap
+        robots, setup.mission.duration, settings.starts, settings.drive, settings.policy, overlap=setup.mission.overlap
     )
     return Mission(mission.world, tuple(truths), mission.seed, smaller, mission.touches[: len(truths)])
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from mapping.seeds import Role, check_seed, derived_seed
 from mapquilt.cli.options.world import open_place
-from mapquilt.study.setup import ExperimentConfig
+from mapquilt.settings import ExperimentConfig
 from mapquilt.study.variables import SWEEPS, Variable, parse_assignment
 from merge.settings import MergeSettings
 
@@ -126,14 +126,14 @@ def plan_study(
         raise ValueError(f"--min-overlap {min_overlap:g}: must lie between 0 and 1")
     _refuse_doubles("--method", [method.title for method in methods])
     places = {
-        (name, setup.width, setup.height)
+        (name, setup.world.width, setup.world.height)
         for _, setup in setups
-        for name in (worlds if setup.world is None else (setup.world,))
+        for name in (worlds if setup.world.family is None else (setup.world.family,))
     }
     for name, width, height in sorted(places, key=str):
         open_place(name, 0, width, height)
     for method in methods:
-        start.merge(method.name, method.as_published)
+        start.merge_by(method.name, method.as_published)
     given = tuple((found.name, value) for found, value in (parse_assignment("--set", text) for text in fixed))
     return StudyPlan(varied, given, setups, tuple(methods), tuple(worlds), missions, seed, min_overlap)
 
@@ -177,6 +177,13 @@ def _start(fixed: Sequence[str], varied: Sequence[Varied]) -> ExperimentConfig:
     return setup
 
 
+def _checked(setup: ExperimentConfig) -> ExperimentConfig:
+    setup.sample(0)
+    if setup.mission.robots * setup.parts < 2:
+        raise ValueError(f"robots is {setup.mission.robots}, must be at least 2: there is nothing to merge")
+    return setup
+
+
 def _at(start: ExperimentConfig, varied: Sequence[Varied], level: Level) -> ExperimentConfig:
     steps = zip(varied, level, strict=True)
     return reduce(lambda setup, step: _applied("--vary", step[0].variable, setup, step[1]), steps, start)
@@ -184,6 +191,6 @@ def _at(start: ExperimentConfig, varied: Sequence[Varied], level: Level) -> Expe
 
 def _applied(option: str, found: Variable, setup: ExperimentConfig, value: str) -> ExperimentConfig:
     try:
-        return found.applied(setup, value)
+        return _checked(found.applied(setup, value))
     except ValueError as error:
         raise ValueError(f"{option} {error}") from None

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mapping.numbers import parse_number, parse_range
 from mapquilt.evaluation.statistics import Interval, Quantiles
-from mapquilt.numbers import parse_number, parse_range
 from mapquilt.study.results import Cell, Mean, StudyResults
 from mapquilt.viz.plot_style import (
     in_per_cent,

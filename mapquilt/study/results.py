@@ -12,9 +12,9 @@ from mapping.seeds import Role, stream
 from mapquilt.evaluation.aggregation import Aggregate, aggregate
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.statistics import Interval, mean_over_clusters
+from mapquilt.settings import ExperimentConfig
 from mapquilt.study.paired import PairedTest, paired_tests
 from mapquilt.study.plan import Level, StudyPlan
-from mapquilt.study.setup import ExperimentConfig
 from mapquilt.study.trial import Failure, TeamTrial
 
 
@@ -91,8 +91,8 @@ def is_asked(one: EvaluatedPair, setup: ExperimentConfig, min_overlap: float) ->
     """Decide if a method should find the pair's transform: there is exactly one right answer, and the overlap lies in
     the range of the level, or reaches the least one."""
     overlap = one.truth.overlap or 0.0
-    if setup.overlap is not None:
-        return one.identifiable and setup.overlap[0] <= overlap <= setup.overlap[1]
+    if setup.mission.overlap is not None:
+        return one.identifiable and setup.mission.overlap[0] <= overlap <= setup.mission.overlap[1]
     return one.identifiable and overlap >= min_overlap
 
 

@@ -15,9 +15,9 @@ from mapquilt.jobs.timing import one_thread, warm_up
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.seen_slices import SeenSlices
 from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
+from mapquilt.settings import ExperimentConfig
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
-from mapquilt.study.setup import ExperimentConfig
 from merge.merger import merge_maps
 from sim.mission.mission import Mission
 
@@ -71,7 +71,7 @@ def run_mission(task: MissionTask) -> MissionTrials:
     with one_thread(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
         for method in task.methods:
-            warm_up(ExperimentConfig().merge(method.name, method.as_published))
+            warm_up(ExperimentConfig().merge_by(method.name, method.as_published))
         _run(task, trials)
     trials.warnings = [str(one.message) for one in caught if one.category is UserWarning]
     return trials
@@ -80,18 +80,18 @@ def run_mission(task: MissionTask) -> MissionTrials:
 def _run(task: MissionTask, trials: MissionTrials) -> None:
     by_drive: dict[ExperimentConfig, list[ExperimentConfig]] = {}
     for _, setup in task.levels:
-        by_drive.setdefault(setup.drive_part(), []).append(setup)
+        by_drive.setdefault(setup.simulated_part(), []).append(setup)
     missions: dict[ExperimentConfig, Mission] = {}
     places: dict[ExperimentConfig, tuple[Mission, TrueFootprints]] = {}
     samples: dict[ExperimentConfig, Sample] = {}
     for number, (level, setup) in enumerate(task.levels):
-        drive, place, maps = setup.drive_part(), setup.place_part(), setup.map_part()
+        drive, place, maps = setup.simulated_part(), setup.observed_part(), setup.mapped_part()
         try:
             if drive not in missions:
                 missions[drive] = largest_mission(task.world, task.seed, by_drive[drive], task.cache)
             if place not in places:
                 cut = cut_mission(missions[drive], setup)
-                seen = SeenSlices(cut, (setup.parts,), setup.clear_range)
+                seen = SeenSlices(cut, (setup.parts,), setup.mapping.clear_range)
                 places[place] = cut, true_footprints(cut, setup.parts, seen)
             if maps not in samples:
                 samples = {maps: make_sample(places[place][0], setup.sample(task.sample_seed), places[place][1])}
@@ -119,9 +119,9 @@ def _merge(
 ) -> tuple[TeamTrial, list[EvaluatedPair]]:
     """Merge a sample by one method, and evaluate the merged map and every pair of two robots."""
     start = time.process_time()
-    result = merge_maps(sample.maps, setup.merge(method.name, method.as_published), task.sample_seed)
+    result = merge_maps(sample.maps, setup.merge_by(method.name, method.as_published), task.sample_seed)
     seconds = time.process_time() - start
-    world = setup.world or task.world
+    world = setup.world.family or task.world
     score = score_merged_map(
         maps=sample.maps,
         truth=sample.truth,
@@ -155,7 +155,7 @@ def _merge(
                 target=pair.target,
                 source=pair.source,
                 world=world,
-                noise=setup.noise,
+                noise=setup.sensing.noise,
                 mission=task.name,
                 level=level,
                 target_file=Path(MAPS_FOLDER) / folder / f"{pair.target}.yaml",

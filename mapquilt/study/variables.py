@@ -1,141 +1,87 @@
-"""The settings that a study can vary, by name, and how people write their values."""
+"""Variables of a study: any leaf of the settings, its axis title, and the sweeps that have a name."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
-from mapquilt.numbers import parse_number, parse_range
-from mapquilt.study.setup import ExperimentConfig
-from sim.sensors.noise import COMPONENTS
-from sim.sensors.odometry import OdometryNoise
-from sim.sensors.range_noise import RangeNoise
+from mapquilt.leaves import split_assignment, with_leaf
+from mapquilt.settings import COMBINED, ExperimentConfig
 
-Change = Callable[[ExperimentConfig, str], ExperimentConfig]
+_UNITS = {
+    "m": "resolution clear_range width height range_sigma bias_sigma quantum short_mean",
+    "s": "duration",
+    "Hz": "rate",
+    "rad": "angle_sigma",
+    "rad/m": "veer_sigma",
+    "degrees": "max_rotation",
+    "stated m": "max_offset",
+    "cells": "cells",
+}
+_TITLES = {
+    "sensing.noise": "noise level",
+    "sensing.lidar.level": "noise level of the lidar",
+    "sensing.odometry.level": "noise level of the odometry",
+    "perturbation.scale": "range of true metres per stated metre",
+    "perturbation.max_rotation": "greatest rotation of a map",
+    "perturbation.max_offset": "greatest offset of a map",
+    "mapping.resolution": "cell size",
+    "mapping.clear_range": "range cleared by a beam without a return",
+    "mission.robots": "robots in the team",
+    "mission.duration": "mission time",
+    "mission.beams": "beams of the lidar",
+    "mission.overlap": "true overlap of the maps",
+    "merge.scale": "searched scales",
+}
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A setting: what it is, in words for an axis, its unit ("" where it has none), and how a text changes it."""
+    """Name a setting by its dotted name."""
 
     name: str
-    title: str
-    unit: str
-    change: Change
+
+    @property
+    def title(self) -> str:
+        """Describe the setting for an axis."""
+        return _TITLES.get(self.name, self.name.split(".", 1)[-1].replace("_", " "))
+
+    @property
+    def unit(self) -> str:
+        """Return the unit, empty if there is none."""
+        last = self.name.rpartition(".")[2]
+        return next((unit for unit, names in _UNITS.items() if last in names.split() or last.endswith(f"_{unit}")), "")
 
     @property
     def axis(self) -> str:
+        """Return title and unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
-    def applied(self, setup: ExperimentConfig, text: str) -> ExperimentConfig:
-        """The setup with this value. Raises ``ValueError`` naming the setting and the text."""
-        try:
-            return self.change(setup, text)
-        except ValueError as error:
-            raise ValueError(f"{self.name}={text}: {error}") from None
-
-
-def variable(name: str) -> Variable:
-    """The setting of that name. Raises ``ValueError`` naming all of them where there is none."""
-    if name not in VARIABLES:
-        raise ValueError(f"{name} is no setting; known are {', '.join(VARIABLES)}")
-    return VARIABLES[name]
+    def applied(self, config: ExperimentConfig, text: str) -> ExperimentConfig:
+        """Return the settings with this value. Raises ``ValueError`` naming the setting and the text."""
+        return with_leaf(config, self.name, text, COMBINED)
 
 
 def parse_assignment(option: str, text: str) -> tuple[Variable, str]:
-    """``NAME=VALUE`` as a setting and what follows. Raises ``ValueError`` naming the option."""
-    name, equals, value = text.partition("=")
-    if not equals or not value:
-        raise ValueError(f"{option} {text}: must be NAME=VALUE, such as noise=1")
-    try:
-        return variable(name), value
-    except ValueError as error:
-        raise ValueError(f"{option} {text}: {error}") from None
+    """Parse ``NAME=VALUE`` into a variable and the text of its value. Raises ``ValueError`` naming the option."""
+    name, value = split_assignment(ExperimentConfig(), option, text, COMBINED)
+    return Variable(name), value
 
-
-def _field(name: str, parse: Callable[[str], Any], setup: ExperimentConfig, text: str) -> ExperimentConfig:
-    return replace(setup, **{name: parse(text)})
-
-
-def _component(name: str, setup: ExperimentConfig, text: str) -> ExperimentConfig:
-    kept = tuple(one for one in setup.components if one[0] != name)
-    return replace(setup, components=(*kept, (name, parse_number(text))))
-
-
-def _level(part: str, defaults: RangeNoise | OdometryNoise, setup: ExperimentConfig, text: str) -> ExperimentConfig:
-    """All components of the lidar, or of the odometry, at a level of their own."""
-    scaled = defaults.scaled(parse_number(text))
-    kept = tuple(one for one in setup.components if not one[0].startswith(f"{part}."))
-    return replace(setup, components=(*kept, *((f"{part}.{f.name}", getattr(scaled, f.name)) for f in fields(scaled))))
-
-
-def _whole(text: str) -> int:
-    number = parse_number(text)
-    if number != int(number):
-        raise ValueError(f"{text!r} is no whole number")
-    return int(number)
-
-
-def _variable(name: str, title: str, unit: str, parse: Callable[[str], Any] = parse_number) -> Variable:
-    return Variable(name, title, unit, partial(_field, name, parse))
-
-
-_SETTINGS = (
-    _variable("noise", "noise level", ""),
-    Variable("lidar.level", "noise level of the lidar", "", partial(_level, "lidar", RangeNoise())),
-    Variable("odometry.level", "noise level of the odometry", "", partial(_level, "odometry", OdometryNoise())),
-    _variable("poses", "poses mapped with", "", str),
-    _variable("scale", "true metres per stated metre, drawn from", "", str),
-    _variable("max_rotation", "greatest rotation of a map", "degrees"),
-    _variable("max_offset", "greatest shift of a map", "stated m"),
-    _variable("resolution", "cell size", "m"),
-    _variable("model", "inverse sensor model", "", str),
-    _variable("clear_range", "how far a beam without a return clears", "m"),
-    _variable("parts", "parts a mission is cut into", "", _whole),
-    _variable("world", "world", "", str),
-    _variable("width", "width of the world", "m"),
-    _variable("height", "height of the world", "m"),
-    _variable("robots", "robots in the team", "", _whole),
-    _variable("duration", "mission time", "s"),
-    _variable("lidar", "lidar", "", str),
-    _variable("rate", "sweeps of the lidar", "Hz"),
-    _variable("beams", "beams of the lidar", "", _whole),
-    _variable("starts", "where robots begin", "", str),
-    _variable("drive", "what robots move on", "", str),
-    _variable("policy", "what robots do", "", str),
-    _variable("overlap", "true overlap of the maps", "", parse_range),
-    _variable("search", "scales that are searched", "", str),
-    _variable("min_confidence", "confidence that is asked for", ""),
-)
-_UNITS = {"range_sigma": "m", "bias_sigma": "m", "angle_sigma": "rad", "quantum": "m", "short_mean": "m"} | {
-    "veer_sigma": "rad/m"
-}
-
-VARIABLES: Mapping[str, Variable] = MappingProxyType(
-    {one.name: one for one in _SETTINGS}
-    | {
-        name: Variable(name, name, _UNITS.get(name.partition(".")[2], ""), partial(_component, name))
-        for name in COMPONENTS
-    }
-)
-"""Every setting, by name."""
 
 SWEEPS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "noise": ("noise", "0,0.5,1,1.5,2,3,4"),
-        "lidar": ("lidar.range_sigma", "0,0.01,0.05,0.1,0.2"),
-        "odometry": ("odometry.level", "0,0.5,1,1.5,2,3,4"),
-        "dropout": ("lidar.dropout", "0,0.05,0.1,0.2,0.4,0.8"),
-        "overlap": ("overlap", "0:0.15,0.15:0.3,0.3:0.45,0.45:0.6,0.6:0.8,0.8:1"),
-        "scale": ("scale", "1:1,0.9:1.11,0.8:1.25,0.67:1.5,0.5:2"),
-        "rotation": ("max_rotation", "0,15,45,90,180"),
-        "resolution": ("resolution", "0.025,0.05,0.1,0.2"),
-        "team": ("robots", "2,3,4,6"),
-        "beams": ("beams", "45,90,180,360"),
-        "time": ("duration", "15,30,60,120,240"),
+        "noise": ("sensing.noise", "0,0.5,1,1.5,2,3,4"),
+        "lidar": ("sensing.lidar.range_sigma", "0,0.01,0.05,0.1,0.2"),
+        "odometry": ("sensing.odometry.level", "0,0.5,1,1.5,2,3,4"),
+        "dropout": ("sensing.lidar.dropout", "0,0.05,0.1,0.2,0.4,0.8"),
+        "overlap": ("mission.overlap", "0:0.15,0.15:0.3,0.3:0.45,0.45:0.6,0.6:0.8,0.8:1"),
+        "scale": ("perturbation.scale", "1:1,0.9:1.11,0.8:1.25,0.67:1.5,0.5:2"),
+        "rotation": ("perturbation.max_rotation", "0,15,45,90,180"),
+        "resolution": ("mapping.resolution", "0.025,0.05,0.1,0.2"),
+        "team": ("mission.robots", "2,3,4,6"),
+        "beams": ("mission.beams", "45,90,180,360"),
+        "time": ("mission.duration", "15,30,60,120,240"),
     }
 )
-"""The sweeps that have a name: what they vary, and through which values."""
+"""The sweeps that have a name: the setting, and its values."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sim.sensors.lidar_presets import lidar_preset
-from sim.sensors.noise import Noise
+from sim.sensors.noise import COMPONENTS, Noise
 
 
 @dataclass(frozen=True)
@@ -25,3 +25,16 @@ class SensingSettings:
     def noise_of(self, lidar: str) -> Noise:
         """Return the noise of a robot that carries the lidar of that name."""
         return Noise.level(self.noise, lidar_preset(lidar).noise).with_fields(self.components)
+
+    def component_names(self) -> tuple[str, ...]:
+        """List the names of all components."""
+        return COMPONENTS
+
+    def component(self, name: str) -> float | None:
+        """Return the value of a component, None if the level decides."""
+        return dict(self.components).get(name)
+
+    def with_component(self, name: str, value: float) -> SensingSettings:
+        """Set one component. Raises ``ValueError`` naming it and its value."""
+        kept = tuple(one for one in self.components if one[0] != name)
+        return replace(self, components=(*kept, (name, value)))

@@ -7,10 +7,9 @@ from typing import Annotated
 
 import typer
 
-from mapping.geometry.scale_range import ScaleRange
+from mapping.numbers import parse_number
 from mapquilt.cli.options.workers import chosen_workers
 from mapquilt.jobs.runner import Workers
-from mapquilt.numbers import parse_number, parse_range
 from merge.fusion import FUSIONS
 from merge.records.prior import SIGMA, Prior
 
@@ -34,28 +33,6 @@ PriorOption = Annotated[
         f"--reference; and how far off it may be [m, default {SIGMA:g}]. Repeatable.",
     ),
 ]
-
-
-_SEARCHES: dict[str, ScaleRange | None] = {"auto": None, "known": ScaleRange.known(), "free": ScaleRange.free()}
-
-WIDEST = 20.0
-"""Scales are searched from its inverse up to it."""
-
-
-def searched_scales(scale: str) -> ScaleRange | None:
-    """The scales that an answer may have: known, free (0.5 to 2), LO:HI, or auto, which is left to the maps: None.
-
-    Raises ``ValueError`` naming the value.
-    """
-    if scale in _SEARCHES:
-        return _SEARCHES[scale]
-    try:
-        low, high = parse_range(scale)
-    except ValueError:
-        raise ValueError(f"scale is {scale}, must be auto, known, free or LO:HI such as 0.5:2") from None
-    if not 1.0 / WIDEST <= low <= high <= WIDEST:
-        raise ValueError(f"scale is {scale}, must be LO:HI with {1.0 / WIDEST:g} <= LO <= HI <= {WIDEST:g}")
-    return ScaleRange(low, high)
 
 
 def parse_priors(texts: Sequence[str]) -> tuple[Prior, ...]:

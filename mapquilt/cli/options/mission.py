@@ -12,9 +12,9 @@ import typer
 
 from mapping.geometry.se2 import SE2
 from mapping.io.tum import load_tum
+from mapping.numbers import parse_number
 from mapping.robot.trajectory import Trajectory
 from mapquilt.cli.options.robots_file import load_robots
-from mapquilt.numbers import parse_number
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings, PolicyName
 from sim.mission.starts import Starts

@@ -8,7 +8,7 @@ from typing import Any
 
 from mapping.geometry.se2 import SE2
 from mapping.io.safe_load import read_yaml
-from mapquilt.cli.options.sensing import chosen_lidar
+from mapquilt.settings import lidar_at_rate
 from sim.mission.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 
@@ -55,4 +55,4 @@ def _start(numbers: Any) -> SE2:
 
 def _lidar(entry: dict[str, Any], usual: RobotSettings) -> Lidar:
     rate = None if "rate" not in entry else float(entry["rate"])
-    return chosen_lidar(str(entry.get("lidar", usual.lidar.model)), rate)
+    return lidar_at_rate(str(entry.get("lidar", usual.lidar.model)), rate)

@@ -23,9 +23,11 @@ def test_the_files_agree_with_one_another(tiny_study):
     record = json.loads((tiny_study / "study.json").read_text())
     rows = list(csv.DictReader((tiny_study / "results.csv").open()))
     pairs = list(csv.DictReader((tiny_study / "pairs.csv").open()))
-    assert [(row["noise"], row["method"]) for row in rows] == [(n, m) for n in "03" for m in ("quilt", "orb")]
+    assert [(row["sensing.noise"], row["method"]) for row in rows] == [(n, m) for n in "03" for m in ("quilt", "orb")]
     for row, cell in zip(rows, record["cells"], strict=True):
-        here = [pair for pair in pairs if (pair["noise"], pair["method"]) == (row["noise"], row["method"])]
+        here = [
+            pair for pair in pairs if (pair["sensing.noise"], pair["method"]) == (row["sensing.noise"], row["method"])
+        ]
         asked = [p for p in here if p["identifiable"] == "True" and float(p["true_overlap"]) >= 0.15]
         hits = sum(pair["outcome"] == "true accept" for pair in asked)
         assert int(row["pairs"]) == cell["pairs"]["asked"] == len(asked)

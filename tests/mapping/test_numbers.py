@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mapquilt.numbers import parse_number, parse_range
+from mapping.numbers import parse_number, parse_range
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "+2.50", ".5", "5.", "1e-3", "1E+6"])
