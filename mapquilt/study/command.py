@@ -1,4 +1,4 @@
-"""``mapquilt study``: how well maps are merged as one setting, or two, change."""
+"""``mapquilt study``: measure merging as one setting, or two, change."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ DEFAULT_METHODS = ("quilt", "sift", "orb")
 
 
 def study(
-    out: Annotated[Path, typer.Option(help="Folder of the study; one that was begun is gone on with.")],
+    out: Annotated[Path, typer.Option(help="Folder of the study; an unfinished one continues.")],
     sweep: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help=f"A sweep: {', '.join(SWEEPS)}; or none, with --vary.")
+        str | None, typer.Argument(metavar="[NAME]", help=f"Named sweep: {', '.join(SWEEPS)}; omit it with --vary.")
     ] = None,
     vary: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=V1,V2", help="Vary any setting: lidar.range_sigma=0,0.01. Twice at most."),
+        typer.Option(metavar="NAME=V1,V2", help="Setting and its values, such as noise=0,1. At most two."),
     ] = None,
     fixed: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Any setting at all levels, such as robots=2. Repeatable."),
+        typer.Option("--set", metavar="NAME=VALUE", help="Setting of all levels, such as robots=2. Repeatable."),
     ] = None,
     method: Annotated[
         list[str] | None,
@@ -42,24 +42,25 @@ def study(
     ] = None,
     as_published: Annotated[
         bool,
-        typer.Option("--as-published", help=f"Also run methods by their own verdict: {', '.join(published_names())}."),
+        typer.Option("--as-published", help=f"Also run methods by their own rule: {', '.join(published_names())}."),
     ] = False,
     world: Annotated[
         list[str] | None, typer.Option(help="Family or file of the worlds. Repeatable; default: office.")
     ] = None,
-    missions: Annotated[int, typer.Option(help="Missions in each of the worlds.")] = 8,
-    min_overlap: Annotated[float, typer.Option(help="What the maps of a pair must share to count.")] = 0.15,
+    missions: Annotated[int, typer.Option(help="Missions per world.")] = 8,
+    min_overlap: Annotated[float, typer.Option(help="Least true overlap of the pairs that count, 0 to 1.")] = 0.15,
     seed: Annotated[int, typer.Option(help="Seed of worlds, starts, noise, disguise and intervals.")] = 1,
     cache: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Keep simulated missions here, for this study and others.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder that keeps simulated missions, for this study and others."),
     ] = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Sweep a setting through its values on the same missions: shares with intervals, errors, quality, time.
+    """Vary a setting on the same missions, and report shares with intervals, errors, map quality and time.
 
-    Leaves tables (CSV, JSON), plots, and what `mapquilt report` shows. After an interruption the same call goes on.
-    Status 1 where a mission failed. See docs/studies.md.
+    Writes tables (CSV, JSON) and plots; `mapquilt report` shows them. After an interruption the same command continues.
+    Status 1 if a mission failed. See docs/studies.md. Example: mapquilt study noise --out study
     """
     plan = plan_study(
         sweep, vary or (), fixed or (), _methods(method or DEFAULT_METHODS, as_published), world or ("office",),

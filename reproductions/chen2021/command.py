@@ -1,4 +1,4 @@
-"""``mapquilt thesis``: the study of Chen 2021 again."""
+"""``python -m reproductions.chen2021``: reproduce the study of Chen 2021."""
 
 from __future__ import annotations
 
@@ -14,27 +14,26 @@ from mapquilt.jobs.runner import Runner
 from reproductions.chen2021.files import TABLE_FILE, write_study
 from reproductions.chen2021.make import StudySpec, make_study
 from reproductions.chen2021.methods import study_methods
-from reproductions.chen2021.overlaps import true_overlaps
 from reproductions.chen2021.table import terminal_table
-from reproductions.chen2021.tally import tallies
+from reproductions.chen2021.tally import tallies, true_overlaps
 
 
 def thesis(
-    out: Annotated[Path, typer.Option(help="Folder to write, or to go on with after an interruption.")],
-    seeds: Annotated[int, typer.Option(help="Missions and maps of each case; the study has 20.")] = 20,
+    out: Annotated[Path, typer.Option(help="Folder to write; an unfinished study continues.")],
+    seeds: Annotated[int, typer.Option(help="Number of missions and maps per case.")] = 20,
     method: Annotated[
         list[str] | None,
         typer.Option(
-            help=f"Only these: {', '.join(each.title for each in study_methods())}. Repeatable; default: all of them."
+            help=f"Method: {', '.join(each.title for each in study_methods())}. Repeatable; default: all of them."
         ),
     ] = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Reproduce chapters 3 to 6 of Chen (2021): tables, with the thesis's own values beside, and pictures.
+    """Reproduce chapters 3 to 6 of Chen (2021), with tables beside the values of the thesis, and pictures.
 
-    An answer is right within 10 cells, 5 degrees and 5 % of scale. Killed, the same command goes on. See
-    docs/thesis.md.
+    An answer is right within 10 cells, 5 degrees and 5 % of scale. After an interruption the same command continues.
+    See docs/thesis.md. Example: python -m reproductions.chen2021 --out thesis --seeds 2
     """
     spec = StudySpec(seeds) if method is None else StudySpec(seeds, tuple(method))
     with (

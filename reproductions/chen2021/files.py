@@ -8,10 +8,9 @@ from pathlib import Path
 from mapping.io.atomic import write_files_atomically
 from mapquilt.viz.png import figure_png
 from reproductions.chen2021.cases import CASES, PLACES, Case
-from reproductions.chen2021.csv_tables import answers_csv, table_csv, timings_csv
 from reproductions.chen2021.make import Study, maps_file
 from reproductions.chen2021.map_store import read_maps
-from reproductions.chen2021.table import markdown
+from reproductions.chen2021.table import answers_csv, markdown, table_csv, timings_csv
 from reproductions.chen2021.tally import CaseTally
 
 TABLE_FILE = "table.md"

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from statistics import median
 
 from mapping.seeds import Role, stream
 from mapquilt.evaluation.aggregation import Aggregate, aggregate
 from mapquilt.evaluation.statistics import Share
-from reproductions.chen2021.cases import CASES, Case
-from reproductions.chen2021.make import Study
+from reproductions.chen2021.answers import compared_cells
+from reproductions.chen2021.cases import CASES, PLACES, Case
+from reproductions.chen2021.make import Study, maps_file
+from reproductions.chen2021.map_store import read_maps
 
 
 @dataclass(frozen=True)
@@ -77,3 +80,15 @@ def _tally(study: Study, case: Case, method: str, overlap: float | None) -> Case
 def _median(values: list[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return median(known) if known else None
+
+
+def true_overlaps(out: Path, seeds: int) -> dict[str, float]:
+    """Take the median over seeds, by case, of the commonly known area at the truth, as a share of the smaller map."""
+    found: dict[str, list[float]] = {}
+    for place in PLACES:
+        for seed in range(seeds):
+            maps = read_maps(maps_file(out, place, seed))
+            for case in (case for case in CASES if case.place == place and not case.team):
+                target, source = (maps[name] for name in case.maps)
+                found.setdefault(case.name, []).append(compared_cells(target, source).overlap)
+    return {case: median(shares) for case, shares in found.items()}
