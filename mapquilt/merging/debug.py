@@ -1,21 +1,29 @@
-"""What ``mapquilt merge --method morphology`` tells besides the merge: warnings, and with ``--debug`` every picture."""
+"""Warnings and pictures of the method ``morphology``: ``mapquilt merge --method morphology --debug DIR``."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from mapping.io.atomic import atomic_folder
 from mapping.map_set import MapSet
 from mapquilt.jobs.progress import count_progress
+from mapquilt.json_file import write_record
 from mapquilt.runs.folder import is_run, refuse_foreign
 from merge.settings import MergeSettings
 
+if TYPE_CHECKING:
+    from mapquilt.merging.morphology_steps import TeamSteps
+
 METHOD = "morphology"
 RECORD_FILE = "steps.json"
+SHEET_PICTURE = "steps.png"
+DIRECTION_PICTURE = "3-direction.png"
 
 
 def refuse_debug(out: Path, settings: MergeSettings, sources: Sequence[Path]) -> None:
-    """Raise ``ValueError`` where there is nothing to show, or the folder holds what no ``--debug`` wrote."""
+    """Raise ``ValueError`` if the method has no steps to show, or the folder holds anything but such pictures."""
     if settings.method != METHOD:
         raise ValueError(f"--debug {out}: only --method {METHOD} has steps to show, not {settings.method}")
     if is_run(out):
@@ -24,14 +32,39 @@ def refuse_debug(out: Path, settings: MergeSettings, sources: Sequence[Path]) ->
 
 
 def show_steps(maps: MapSet, settings: MergeSettings, debug: Path | None) -> tuple[str, ...]:
-    """Warnings on maps that have no main direction; with a folder ``debug`` the pictures and numbers of all steps."""
+    """Return warnings on maps without a main direction; with a folder ``debug``, write all steps there."""
     from mapquilt.merging.morphology_steps import corrected_maps, notes, team_steps
 
     if debug is None:
         return notes(maps.names, corrected_maps(maps.grids))
-    from mapquilt.merging.debug_folder import write_debug
-
     team = team_steps(maps, settings.scale or maps.scale_range)
     with count_progress("pictures of steps") as on_progress:
         write_debug(debug, team, on_progress)
     return notes(team.names, team.maps)
+
+
+def write_debug(out: Path, team: TeamSteps, on_progress: Callable[[int, int], None]) -> None:
+    """Write each step of each map, the corner pairs of each pair, a sheet of all maps and their numbers.
+
+    The folder appears whole or not at all; an older one is replaced.
+    """
+    from mapquilt.merging.morphology_steps import steps_record
+    from mapquilt.viz.png import figure_png
+    from mapquilt.viz.step_pictures import direction_figure, match_figure, picture_png, sheet_figure, step_pictures
+
+    refuse_foreign(out, RECORD_FILE)
+    total = len(team.maps) + len(team.pairs)
+    with atomic_folder(out) as folder:
+        for number, (name, each) in enumerate(zip(team.names, team.maps, strict=True)):
+            place = folder / f"{number}-{Path(name).name}"
+            place.mkdir()
+            for step, picture in step_pictures(each.correction):
+                (place / f"{step}.png").write_bytes(picture_png(picture))
+            (place / DIRECTION_PICTURE).write_bytes(figure_png(direction_figure(name, each.correction)))
+            on_progress(number + 1, total)
+        for number, pair in enumerate(team.pairs):
+            (folder / f"{pair.target}-{pair.source}-matches.png").write_bytes(figure_png(match_figure(team, pair)))
+            on_progress(len(team.maps) + number + 1, total)
+        sheet = sheet_figure(team.names, [each.correction for each in team.maps])
+        (folder / SHEET_PICTURE).write_bytes(figure_png(sheet))
+        write_record(folder / RECORD_FILE, "steps", steps_record(team))
