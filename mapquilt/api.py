@@ -12,7 +12,10 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 
 if TYPE_CHECKING:
+    from mapquilt.benchmark.results import BenchmarkResults
+    from mapquilt.evaluation.evaluated_pair import EvaluatedPair
     from mapquilt.runs.sample import Sample, SampleSettings
+    from mapquilt.runs.truth_file import RunTruth
     from merge.records.result import MergeResult
     from merge.settings import MergeSettings
     from sim.mission.settings import MissionSettings
@@ -108,3 +111,56 @@ def simulate(
         return simulate_run(Path(out), place, mission, sampling, seed)
     simulated, _ = simulate_mission(place, mission, seed, clear_range=sampling.mapping.clear_range)
     return make_sample(simulated, sampling)
+
+
+def evaluate(result: MergeResult, maps: MapSet, truth: RunTruth) -> tuple[EvaluatedPair, ...]:
+    """Evaluate every pair of a merge against the ground truth.
+
+    ``maps`` and ``truth`` are those of the merge's own sample, as ``simulate`` or a data set gives them. Raises
+    ``ValueError`` naming a map that the truth does not know.
+    """
+    from mapquilt.evaluation.evaluated_pair import PairInfo
+    from mapquilt.evaluation.run_score import evaluate_run_pair
+
+    return tuple(
+        evaluate_run_pair(maps, truth, pair, PairInfo(f"{pair.target}/{pair.source}", pair.target, pair.source))
+        for pair in result.pairs
+    )
+
+
+def compare_methods(
+    dataset: str | Path,
+    methods: Sequence[str] = ("quilt", "orb"),
+    *,
+    split: str | None = None,
+    limit: int | None = None,
+    out: str | Path | None = None,
+    workers: int = 1,
+    seed: int = 0,
+) -> BenchmarkResults:
+    """Compare methods on the pairs of a data set, or an even sample of ``limit`` pairs.
+
+    ``methods`` are names of built-in methods, or of those that ``register_method`` added. With ``out``, a new folder,
+    tables, records and pictures are written there, as by ``mapquilt benchmark``.
+
+    Raises ``ValueError`` naming an unknown method, or a folder that is no data set.
+    """
+    from mapping.seeds import Role, stream
+    from mapquilt.benchmark.files import SUMMARY_FILE, write_folder
+    from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
+    from mapquilt.benchmark.results import build_results
+    from mapquilt.benchmark.trials import chosen_methods, run_benchmark
+    from mapquilt.jobs.runner import Runner, Workers
+    from mapquilt.runs.folder import refuse_foreign
+
+    settings = chosen_methods(methods, None, as_published=False)
+    if out is not None:
+        refuse_foreign(Path(out), SUMMARY_FILE)
+    pairs = dataset_pairs(Path(dataset), split)
+    if limit is not None:
+        pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
+    with Runner(Workers(workers)) as runner:
+        results = build_results(run_benchmark(pairs, settings, seed, runner), seed)
+    if out is not None:
+        write_folder(Path(out), results, {"scale": "auto", "seed": seed}, len(pairs))
+    return results

@@ -1,0 +1,53 @@
+"""Every example runs to its end and leaves its picture."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(folder: Path, name: str, *arguments: object) -> str:
+    """Run an example in a folder, and return what it prints."""
+    command = [sys.executable, str(ROOT / "examples" / f"{name}.py"), *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.mark.slow
+def test_two_maps_are_merged(merged_run: Path, tmp_path: Path) -> None:
+    maps = [merged_run / f"robot_{index}/map.yaml" for index in range(2)]
+    assert "transform of" in run(tmp_path, "merge_two_maps", *maps, tmp_path / "merged")
+    assert (tmp_path / "merged/merge.png").is_file()
+
+
+@pytest.mark.slow
+def test_a_team_is_merged_and_evaluated(tmp_path: Path) -> None:
+    printed = run(tmp_path, "merge_a_team", "team")
+    assert printed.count("overlap") == 6
+    assert (tmp_path / "team/merge.png").is_file()
+
+
+@pytest.mark.slow
+def test_a_data_set_is_made_and_a_method_of_ones_own_is_benchmarked(tmp_path: Path) -> None:
+    assert "overlap" in run(tmp_path, "make_a_dataset", "pairs")
+    assert (tmp_path / "pairs/samples/000000/preview.png").is_file()
+    run(tmp_path, "benchmark_your_own_method", "pairs", "bench")
+    assert "principal_axes" in (tmp_path / "bench/table.md").read_text(encoding="utf-8")
+    assert list((tmp_path / "bench/sheets").glob("principal_axes-*.png"))
+
+
+@pytest.mark.slow
+def test_a_study_of_noise_is_drawn(tmp_path: Path) -> None:
+    run(tmp_path, "noise_study", "study")
+    assert (tmp_path / "study/success.png").is_file()
+
+
+def test_the_readme_of_no_example_is_missing() -> None:
+    """Each example says in its first line what it does, and how to call it."""
+    for file in (ROOT / "examples").glob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert f"python examples/{file.name}" in text.split('"""')[1]
