@@ -1,10 +1,15 @@
-"""``mapquilt score``."""
+"""``mapquilt score``: compare a merged run with its truth."""
 
 from __future__ import annotations
 
+from rich.table import Table
+
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import RunFolder
-from mapquilt.cli.tables import print_table, score_table
+from mapquilt.cli.tables import plain_table, print_table
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.evaluation.formatting import error_texts, number_text
+from mapquilt.evaluation.run_score import RunScore
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.stages import score_run
 
@@ -13,3 +18,35 @@ def score(run: RunFolder) -> int:
     """Compare a run's merge with the truth; write score.json and overview.png."""
     print_table(score_table(score_run(run_folder.require_run(run))))
     return ALL_MERGED
+
+
+def score_table(score: RunScore) -> Table:
+    """Tabulate each pair's outcome, true overlap and errors, and the quality of each merged map."""
+    table = plain_table(
+        *(("pair", False), ("outcome", False), ("overlap", True), ("deg", True), ("%", True), ("m", True)),
+        *(("cells", True), ("AI", True)),
+    )
+    for one in score.pairs:
+        table.add_row(*_score_row(one))
+    counts = score.summary()
+    names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
+    words = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in names)
+    table.caption = f"{counts['pairs']} pairs: {words}"
+    for group in score.merged:
+        table.caption += (
+            f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
+            f"free IoU {group.quality.iou_free:.3f}, walls F1 {group.quality.f1_walls:.3f}"
+        )
+    return table
+
+
+def _score_row(one: EvaluatedPair) -> tuple[str, ...]:
+    index = None if one.evidence is None else one.evidence.acceptance_index
+    overlap = one.truth.overlap
+    return (
+        f"{one.pair.target} <- {one.pair.source}",
+        one.outcome or "-",
+        "-" if overlap is None else f"{100 * overlap:.0f} %",
+        *error_texts(one),
+        number_text(index, 3),
+    )

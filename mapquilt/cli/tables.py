@@ -13,9 +13,6 @@ from rich.table import Table
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet, Unit
-from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-from mapquilt.evaluation.formatting import error_texts, number_text
-from mapquilt.evaluation.run_score import RunScore
 from merge.records.result import MergeResult, PairResult
 
 PLAIN_WIDTH = 160
@@ -107,35 +104,3 @@ def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, 
         return "", "", "", ""
     x, y, yaw, scale = np.sqrt(np.diag(covariance)).tolist()
     return f" ± {x:.2f}", f" ± {y:.2f}", f" ± {math.degrees(yaw):.2f}", f" ± {scale:.4f}" if scale > 0.0 else ""
-
-
-def score_table(score: RunScore) -> Table:
-    """Tabulate each pair's outcome, true overlap and errors, and the quality of each merged map."""
-    table = plain_table(
-        *(("pair", False), ("outcome", False), ("overlap", True), ("deg", True), ("%", True), ("m", True)),
-        *(("cells", True), ("AI", True)),
-    )
-    for one in score.pairs:
-        table.add_row(*_score_row(one))
-    counts = score.summary()
-    names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
-    words = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in names)
-    table.caption = f"{counts['pairs']} pairs: {words}"
-    for group in score.merged:
-        table.caption += (
-            f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
-            f"free IoU {group.quality.iou_free:.3f}, walls F1 {group.quality.f1_walls:.3f}"
-        )
-    return table
-
-
-def _score_row(one: EvaluatedPair) -> tuple[str, ...]:
-    index = None if one.evidence is None else one.evidence.acceptance_index
-    overlap = one.truth.overlap
-    return (
-        f"{one.pair.target} <- {one.pair.source}",
-        one.outcome or "-",
-        "-" if overlap is None else f"{100 * overlap:.0f} %",
-        *error_texts(one),
-        number_text(index, 3),
-    )
