@@ -1,4 +1,4 @@
-"""MkDocs hook: write the command-line reference from the commands themselves."""
+"""MkDocs hook: write the references of the command line and of the settings from the code."""
 
 from __future__ import annotations
 
@@ -8,13 +8,32 @@ import os
 from typing import Any
 
 from mapquilt.cli.app import VERBS, load_verb, run
+from mapquilt.leaves import get_leaf, leaf_names
+from mapquilt.settings import ExperimentConfig
 
-PAGE = "reference/cli.md"
+CLI_PAGE, SETTINGS_PAGE = "reference/cli.md", "reference/settings.md"
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Append the help of every verb to the page on the command line."""
-    return markdown + "".join(map(_section, _commands())) if page.file.src_uri == PAGE else markdown
+    """Append the help of every verb, or the table of all settings, to their page."""
+    if page.file.src_uri == CLI_PAGE:
+        return markdown + "".join(map(_section, _commands()))
+    return markdown + settings_table() if page.file.src_uri == SETTINGS_PAGE else markdown
+
+
+def settings_table() -> str:
+    """Tabulate every leaf of the settings with its default."""
+    config = ExperimentConfig()
+    rows = [f"| `{name}` | {_text(get_leaf(config, name))} |" for name in leaf_names(config)]
+    return "\n".join(("", "| setting | default |", "|---|---|", *rows, ""))
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, tuple):
+        return ":".join(map(_text, value))
+    return (
+        f"{value:g}" if isinstance(value, float) else str(value).lower() if value in (None, True, False) else str(value)
+    )
 
 
 def _commands() -> list[tuple[str, ...]]:
