@@ -31,9 +31,9 @@ def settings_table() -> str:
 def _text(value: Any) -> str:
     if isinstance(value, tuple):
         return ":".join(map(_text, value))
-    return (
-        f"{value:g}" if isinstance(value, float) else str(value).lower() if value in (None, True, False) else str(value)
-    )
+    if isinstance(value, float):
+        return f"{value:g}"
+    return str(value).lower() if value is None or isinstance(value, bool) else str(value)
 
 
 def _commands() -> list[tuple[str, ...]]:

@@ -8,15 +8,15 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-
 from mapping.geometry.similarity2 import Similarity2
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import read_json
 
 
 @cache
-def _validator(kind: str) -> jsonschema.Draft202012Validator:
+def _validator(kind: str) -> Any:
+    import jsonschema  # here: it takes long to load, and printing a merge needs no record
+
     text = (resources.files("mapquilt") / "schemas" / f"{kind}.schema.json").read_text(encoding="utf-8")
     return jsonschema.Draft202012Validator(json.loads(text))
 
@@ -49,7 +49,9 @@ def read_record(path: Path, kind: str) -> dict[str, Any]:
 
 def check_record(path: Path, kind: str, record: Any) -> None:
     """Raise ``ValueError`` that names the file, and what is wrong where, if a record does not fit its kind's schema."""
-    error = jsonschema.exceptions.best_match(_validator(kind).iter_errors(record))
+    from jsonschema.exceptions import best_match
+
+    error = best_match(_validator(kind).iter_errors(record))
     if error is not None:
         where = error.json_path.removeprefix("$").removeprefix(".") or "the record"
         raise ValueError(f"{path}: {where}: {error.message.splitlines()[0][:200]}")
