@@ -11,7 +11,7 @@ from scipy.special import expit
 
 from mapquilt.benchmark.strata import OVERLAPS, overlap_class
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-from merge.records.result import Evidence
+from merge.records.evidence import Evidence
 from merge.verification.acceptance import decide, features
 from merge.verification.settings import AcceptanceSettings
 

@@ -17,7 +17,8 @@ from mapquilt.evaluation.transform_error import (
     normalised_error,
     transform_error,
 )
-from merge.records.result import Alternative, Evidence, PairResult
+from merge.records.evidence import Evidence
+from merge.records.result import Alternative, PairResult
 
 Outcome = Literal["true accept", "false accept", "false reject", "true reject"]
 

@@ -17,7 +17,8 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairI
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.json_file import similarity_record
 from mapquilt.merging.merge_schema import RENAMED
-from merge.records.result import Alternative, Evidence
+from merge.records.evidence import Evidence
+from merge.records.result import Alternative
 
 TRANSFORM = ("x", "y", "yaw", "scale")
 ERRORS = tuple(field.name for field in dataclasses.fields(TransformError))

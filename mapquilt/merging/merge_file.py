@@ -16,7 +16,8 @@ from mapquilt.leaves import changed_leaves
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
-from merge.records.result import Alternative, Evidence, MergedGroup, MergeResult, PairResult
+from merge.records.evidence import Evidence
+from merge.records.result import Alternative, MergedGroup, MergeResult, PairResult
 from merge.records.verdict import Refusal
 from merge.settings import MergeSettings
 

@@ -23,9 +23,9 @@ from merge.pair.feature_cache import MapFeatures
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.proposer import Proposer
 from merge.proposers.second_best import second_best_proposals
+from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative, PairAnswer
 from merge.records.proposal import Proposal
-from merge.records.result import Evidence
 from merge.records.verdict import Reason, Verdict
 from merge.settings import MergeSettings
 from merge.verification.acceptance import decide, margin

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.records.result import Evidence
+from merge.records.evidence import Evidence
 from merge.records.uncertainty import Uncertainty
 from merge.records.verdict import Verdict
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from scipy.special import expit
 
-from merge.records.result import Evidence
+from merge.records.evidence import Evidence
 from merge.records.verdict import Reason, Refusal, Verdict
 from merge.verification.settings import AcceptanceSettings
 

@@ -14,7 +14,7 @@ from mapquilt.evaluation.calibration import calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.json_file import read_record, write_record
-from merge.records.result import Evidence
+from merge.records.evidence import Evidence
 from merge.verification.acceptance import decide
 from merge.verification.settings import AcceptanceSettings
 from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated

@@ -2,7 +2,7 @@ import dataclasses
 
 import pytest
 
-from merge.records.result import Evidence
+from merge.records.evidence import Evidence
 from merge.records.verdict import Reason, Refusal
 from merge.verification.acceptance import (
     AcceptanceSettings,
