@@ -14,7 +14,7 @@ from mapquilt.dataset.manifest import MANIFEST_FILE
 from mapquilt.jobs.progress import count_progress
 from mapquilt.report.content import Content
 from mapquilt.runs.folder import is_run
-from mapquilt.study.folder import is_study
+from mapquilt.study.files import is_study
 
 REPORT_FILE = "report.html"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.report.content import Chart, Content, Sheet
-from mapquilt.study.folder import load_results
+from mapquilt.study.files import load_results
 from mapquilt.study.plots import errors_figure, quality_figure, success_figure, time_figure
 from mapquilt.study.results import StudyResults
 from mapquilt.study.table import NUMBERS, cell_texts, verdict_texts

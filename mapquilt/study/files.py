@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mapping.io.safe_load import read_json
 from mapquilt.evaluation.pair_rows import COLUMNS, TRANSFORM, csv_text, from_row, to_row
 from mapquilt.evaluation.statistics import Interval, Quantiles, Share
-from mapquilt.json_file import record_bytes, to_text
+from mapquilt.jobs.journal import Journal
+from mapquilt.json_file import check_record, record_bytes, to_text
 from mapquilt.study.paired import PairedTest
-from mapquilt.study.plan import Method, StudyPlan, plan_study
-from mapquilt.study.results import Cell, Mean, StudyResults
-from mapquilt.study.trial import MAPS_FOLDER, Failure, MissionTrials, TeamTrial
+from mapquilt.study.plan import Method, MissionTask, StudyPlan, plan_study
+from mapquilt.study.records import MAPS_FOLDER, Failure, MissionTrials, TeamTrial
+from mapquilt.study.results import Cell, Mean, StudyResults, build_results
 
 SCHEMA = "mapquilt-study/2"
+PLAN_FILE, TRIALS_FILE = "plan.json", ".trials.jsonl"
 STUDY_FILE, RESULTS_FILE, PAIRS_FILE, TESTS_FILE = "study.json", "results.csv", "pairs.csv", "tests.csv"
 TIMINGS_FILE, TIMES_FILE = "timings.json", "timings.csv"
 ERRORS = ("rotation_deg", "scale_percent", "displacement_m", "displacement_of_diagonal")
@@ -154,3 +158,32 @@ def _test_row(test: PairedTest) -> dict[str, Any]:
     record = {"level": " ".join(test.level)} | _without_level(dataclasses.asdict(test))
     del record["interval"]
     return record | _interval("difference", test.interval) | {"verdict": test.verdict}
+
+
+def trials_journal(folder: Path) -> Journal[MissionTask]:
+    """Open the journal of finished missions."""
+    return Journal(folder / TRIALS_FILE, lambda task: str(task.index))
+
+
+def is_study(folder: Path) -> bool:
+    """Check if the folder holds a study, finished or not."""
+    return (folder / PLAN_FILE).is_file()
+
+
+def load_results(folder: Path) -> StudyResults:
+    """Load the results of all finished missions. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
+    path = folder / PLAN_FILE
+    record = read_json(path)
+    check_record(path, "plan", record)
+    plan = plan_from_record(record)
+    entries = [entry for _, entry in sorted(trials_journal(folder).entries().items(), key=lambda item: int(item[0]))]
+    try:
+        missions = [trials_from_record(entry) for entry in entries]
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{folder / TRIALS_FILE}: is damaged: {json.dumps(str(error))}") from None
+    return build_results(
+        plan,
+        [pair for trials in missions for pair in trials.pairs],
+        [team for trials in missions for team in trials.teams],
+        [failure for trials in missions for failure in trials.failures],
+    )

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import atomic_folder, write_bytes_atomically, write_files_atomically
-from mapping.io.safe_load import read_json
-from mapquilt.jobs.journal import Entry, Journal, job_folder
+from mapquilt.jobs.journal import Entry, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record, to_text
-from mapquilt.study.files import plan_from_record, table_files, trials_from_record, trials_record
+from mapquilt.study.files import PLAN_FILE, load_results, table_files, trials_journal, trials_record
 from mapquilt.study.plan import MissionTask, StudyPlan
-from mapquilt.study.results import StudyResults, build_results
-from mapquilt.study.trial import MAPS_FOLDER, Failure, MissionTrials, run_mission
+from mapquilt.study.records import MAPS_FOLDER, Failure, MissionTrials
+from mapquilt.study.results import StudyResults
+from mapquilt.study.trial import run_mission
 
-PLAN_FILE, TRIALS_FILE = "plan.json", ".trials.jsonl"
 PLAN_SCHEMA = "mapquilt-plan/1"
 
 
@@ -46,16 +44,12 @@ def run_study(
         return trials_record(trials)
 
     with job_folder(out, "study of mapquilt", PLAN_FILE, to_text(_plan_record(plan))):
-        _journal(out).run(
+        trials_journal(out).run(
             runner, run_mission, tasks, keep, on_entries=lambda entries: on_progress(len(entries), len(tasks))
         )
         found = load_results(out)
         write_files_atomically(table_files(out, found))
     return StudyRun(found, tuple(warnings))
-
-
-def _journal(folder: Path) -> Journal[MissionTask]:
-    return Journal(folder / TRIALS_FILE, lambda task: str(task.index))
 
 
 def _plan_record(plan: StudyPlan) -> dict[str, Any]:
@@ -75,27 +69,3 @@ def _kept(out: Path, task: MissionTask, result: MissionTrials | BaseException) -
             file.parent.mkdir(exist_ok=True)
             write_bytes_atomically(file, data)
     return result
-
-
-def is_study(folder: Path) -> bool:
-    """Check if the folder holds a study, finished or not."""
-    return (folder / PLAN_FILE).is_file()
-
-
-def load_results(folder: Path) -> StudyResults:
-    """Load the results of all finished missions. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
-    path = folder / PLAN_FILE
-    record = read_json(path)
-    check_record(path, "plan", record)
-    plan = plan_from_record(record)
-    entries = [entry for _, entry in sorted(_journal(folder).entries().items(), key=lambda item: int(item[0]))]
-    try:
-        missions = [trials_from_record(entry) for entry in entries]
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{folder / TRIALS_FILE}: is damaged: {json.dumps(str(error))}") from None
-    return build_results(
-        plan,
-        [pair for trials in missions for pair in trials.pairs],
-        [team for trials in missions for team in trials.teams],
-        [failure for trials in missions for failure in trials.failures],
-    )

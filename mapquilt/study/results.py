@@ -15,7 +15,7 @@ from mapquilt.evaluation.statistics import Interval, mean_over_clusters
 from mapquilt.settings import ExperimentConfig
 from mapquilt.study.paired import PairedTest, paired_tests
 from mapquilt.study.plan import Level, StudyPlan
-from mapquilt.study.trial import Failure, TeamTrial
+from mapquilt.study.records import Failure, TeamTrial
 
 
 @dataclass(frozen=True)

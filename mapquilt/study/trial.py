@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from mapping.io.map_file import map_files
@@ -18,48 +17,9 @@ from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
 from mapquilt.settings import ExperimentConfig
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
+from mapquilt.study.records import MAPS_FOLDER, Failure, MissionTrials, TeamTrial
 from merge.merger import merge_maps
 from sim.mission.mission import Mission
-
-MAPS_FOLDER = "maps"
-"""Folder of the maps in that of the study."""
-
-
-@dataclass(frozen=True)
-class TeamTrial:
-    """A team's merge by one method at one level: number of joined maps, quality of the merged map against all that the
-    team observed, and processor time on one thread."""
-
-    mission: str
-    world: str
-    level: Level
-    method: str
-    maps: int
-    joined: int
-    iou_free: float
-    f1_walls: float
-    pairs: int
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Failure:
-    """Reason why a mission could not be simulated, or not be mapped at a level."""
-
-    mission: str
-    level: Level | None
-    reason: str
-
-
-@dataclass
-class MissionTrials:
-    """Results of one mission, with its map files by path, and warnings."""
-
-    pairs: list[EvaluatedPair] = field(default_factory=list)
-    teams: list[TeamTrial] = field(default_factory=list)
-    failures: list[Failure] = field(default_factory=list)
-    files: dict[str, bytes] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
 
 
 def run_mission(task: MissionTask) -> MissionTrials:

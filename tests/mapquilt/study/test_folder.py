@@ -12,7 +12,8 @@ from distributed import LocalCluster
 
 import mapquilt.study.folder as folder_module
 from mapquilt.jobs.runner import Runner, Workers
-from mapquilt.study.folder import TRIALS_FILE, load_results, run_study
+from mapquilt.study.files import TRIALS_FILE, load_results
+from mapquilt.study.folder import run_study
 from tests.conftest import command, hashes
 from tests.mapquilt.study.conftest import plan, run, thread
 

@@ -14,8 +14,8 @@ from scipy.stats import binom
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.study.paired import ALL_LEVELS, mcnemar, paired_tests
+from mapquilt.study.records import TeamTrial
 from mapquilt.study.results import asked_pairs, build_cells
-from mapquilt.study.trial import TeamTrial
 from tests.mapquilt.evaluation.examples import evaluated
 from tests.mapquilt.study.conftest import plan
 
