@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.map_set import MapSet
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, evaluate_pair
+from mapquilt.evaluation.pair_rows import from_row, to_row
+from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.jobs.timing import one_thread, warm_up
 from merge.merger import match_maps
 from merge.methods import published_names
 from merge.settings import MergeSettings
 
+TASKS_FILE = "tasks.json"
+
 
 @dataclass(frozen=True)
 class TrialTask:
-    """Input of a worker for one pair."""
+    """Input of a worker for one pair, the one of that ``number``."""
 
+    number: int
     pair: BenchmarkPair
     methods: tuple[MergeSettings, ...]
     seed: int
@@ -48,13 +56,56 @@ def run_benchmark(
     seed: int,
     runner: Runner,
     on_progress: Progress = no_progress,
+    work: Path | None = None,
 ) -> list[EvaluatedPair]:
     """Evaluate every pair, method after method and in the order of pairs, whatever the workers.
 
-    Raises ``ValueError`` or ``OSError`` naming the file of a map that cannot be used.
+    With a folder ``work`` for unfinished work, an interrupted call continues where it stopped.
+
+    Raises ``ValueError`` or ``OSError`` naming the file of a map that cannot be used, or the folder if other work was
+    begun there.
     """
-    answers = runner.run(run_trial, [TrialTask(pair, methods, seed) for pair in pairs], on_progress)
+    tasks = [TrialTask(number, pair, methods, seed) for number, pair in enumerate(pairs)]
+    if work is None:
+        answers = runner.run(run_trial, tasks, on_progress)
+    else:
+        with job_folder(work, "benchmark of mapquilt", TASKS_FILE, _tasks_text(tasks)):
+            journal = Journal[TrialTask](work / JOURNAL_FILE, lambda task: str(task.number))
+            entries = journal.run(
+                runner, run_trial, tasks, _entry, on_entries=lambda done: on_progress(len(done), len(tasks))
+            )
+        answers = [_answers(entry) for entry in entries]
     return [of_pair[method] for method in range(len(methods)) for of_pair in answers]
+
+
+def unfinished_folder(out: Path) -> Path:
+    """Name the folder beside ``out`` that holds its unfinished work."""
+    return out.with_name(f".{out.name}.unfinished")
+
+
+def _tasks_text(tasks: Sequence[TrialTask]) -> str:
+    """Describe all that the answers depend on: settings, seed, and the maps and truth of every pair."""
+    pairs = [
+        [
+            task.pair.info.title,
+            *(sha256(file.read_bytes()).hexdigest() for file in (task.pair.target_file, task.pair.source_file)),
+            repr(task.pair.truth),
+        ]
+        for task in tasks
+    ]
+    methods = [repr(settings) for settings in tasks[0].methods] if tasks else []
+    return json.dumps({"methods": methods, "seeds": sorted({task.seed for task in tasks}), "pairs": pairs}, indent=1)
+
+
+def _entry(task: TrialTask, result: tuple[EvaluatedPair, ...] | BaseException) -> Entry:
+    if isinstance(result, BaseException):
+        raise result
+    return {"rows": [to_row(one) for one in result], "seconds": [one.seconds for one in result]}
+
+
+def _answers(entry: Entry) -> tuple[EvaluatedPair, ...]:
+    timed = zip(entry["rows"], entry["seconds"], strict=True)
+    return tuple(replace(from_row(row), seconds=seconds) for row, seconds in timed)
 
 
 def run_trial(task: TrialTask) -> tuple[EvaluatedPair, ...]:

@@ -21,9 +21,9 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "worlds": ("mapquilt.cli.worlds:worlds_app", "List, draw and write worlds."),
         "lidars": ("mapquilt.cli.lidars:lidars", "List the lidar presets."),
         "dataset": ("mapquilt.cli.dataset:app", "Make and inspect data sets of map pairs."),
-        "benchmark": ("mapquilt.benchmark.command:benchmark", "Score methods on pairs with a known transform."),
-        "calibrate": ("mapquilt.benchmark.calibrate:calibrate", "Fit the merger's confidence to data sets."),
-        "study": ("mapquilt.study.command:study", "Vary a setting and measure the effect on merges."),
+        "benchmark": ("mapquilt.cli.benchmark:benchmark", "Score methods on pairs with a known transform."),
+        "calibrate": ("mapquilt.cli.calibrate:calibrate", "Fit the merger's confidence to data sets."),
+        "study": ("mapquilt.cli.study:study", "Vary a setting and measure the effect on merges."),
         "report": ("mapquilt.cli.report:report", "Turn results into one HTML file."),
         "convert": ("mapquilt.cli.convert:convert", "Write a map, a log or a run for other programs."),
     }

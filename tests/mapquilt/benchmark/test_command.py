@@ -7,6 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
+from mapquilt.benchmark import trials
+from mapquilt.benchmark.trials import run_trial
 from tests.conftest import command, hashes
 
 TIMED = ("timings.json", "table.md")
@@ -66,6 +68,28 @@ def test_the_same_call_gives_the_same_bytes_but_for_times_and_replaces_the_old(m
     assert command(*arguments, out) == 0
     assert hashes(out, but=TIMED) == before
     assert "orb as published" in capsys.readouterr().out
+
+
+def test_after_an_interruption_the_same_command_continues(made, pairs_file, tmp_path, monkeypatch):
+    out, arguments = made
+    answered = []
+
+    def interrupted(task):
+        if len(answered) == 1:
+            raise KeyboardInterrupt
+        answered.append(task.number)
+        return run_trial(task)
+
+    monkeypatch.setattr(trials, "run_trial", interrupted)
+    assert command(*arguments, tmp_path / "out") == 130
+    assert not (tmp_path / "out").exists()
+    journal = tmp_path / ".out.unfinished/.journal.jsonl"
+    assert [json.loads(line)["task"] for line in journal.read_text().splitlines()] == ["0"]
+    monkeypatch.setattr(trials, "run_trial", lambda task: answered.append(task.number) or run_trial(task))
+    assert command(*arguments, tmp_path / "out") == 0
+    assert answered == [0, 1, 2]
+    assert hashes(tmp_path / "out", but=TIMED) == hashes(out, but=TIMED)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_threads_are_given_back(made, pairs_file, tmp_path):

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-import mapquilt
 from mapping.io.map_file import save_map
 from mapquilt.cli.app import VERBS, run
 from tests.mapquilt.cli.test_app import office_map
@@ -100,16 +99,6 @@ def test_what_only_some_commands_need_is_not_loaded_before_them() -> None:
     late = ("scipy.stats", "scipy.optimize", "matplotlib", "jinja2", "dask", "pybullet")
     done = subprocess.run([sys.executable, "-c", loaded, *late], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
-
-
-@pytest.mark.parametrize("name", mapquilt.__all__)
-def test_each_name_of_the_package_is_there(name: str) -> None:
-    assert getattr(mapquilt, name).__name__ == name
-
-
-def test_a_name_that_the_package_lacks_is_told() -> None:
-    with pytest.raises(AttributeError, match="no attribute 'moon'"):
-        mapquilt.moon  # noqa: B018
 
 
 def test_help_loads_no_verb() -> None:

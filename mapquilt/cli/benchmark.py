@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +16,7 @@ from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample, read_pair_list
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.table import calibration_table, terminal_table
-from mapquilt.benchmark.trials import chosen_methods, run_benchmark
+from mapquilt.benchmark.trials import chosen_methods, run_benchmark, unfinished_folder
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
@@ -61,6 +62,7 @@ def benchmark(
     """Compare methods on pairs whose transform is known, with tables, records and pictures of every pair.
 
     An answer is right within 2 degrees, 3 % of scale and 1.5 % of the target's diagonal. See docs/benchmark.md.
+    After an interruption the same command continues.
     Example: mapquilt benchmark --dataset data --split test --out bench
     """
     ranges = None if scale == "auto" else ScaleRange.parse(scale)
@@ -68,10 +70,12 @@ def benchmark(
     refuse_foreign(out, SUMMARY_FILE)
     chosen = _chosen_pairs(pairs or (), dataset or (), split, limit, seed)
     with Runner(chosen_workers(workers, scheduler)) as runner, count_progress("pairs") as on_progress:
-        results = build_results(run_benchmark(chosen, methods, seed, runner, on_progress), seed)
+        answers = run_benchmark(chosen, methods, seed, runner, on_progress, unfinished_folder(out))
+    results = build_results(answers, seed)
     settings = {"scale": scale if ranges is None else f"{ranges.low:g}:{ranges.high:g}", "seed": seed}
     with count_progress("pictures of methods") as on_progress:
         write_folder(out, results, settings, len(chosen) if pictures is None else pictures, on_progress)
+    shutil.rmtree(unfinished_folder(out))
     print_table(terminal_table(results))
     if results.calibrations:
         print_table(calibration_table(results))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +15,7 @@ from mapping.seeds import Role, stream
 from mapquilt.benchmark.files import RELIABILITY_PICTURE, calibration_record
 from mapquilt.benchmark.fitting import FITTED, decide_again, fit_acceptance
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
-from mapquilt.benchmark.trials import run_benchmark
+from mapquilt.benchmark.trials import run_benchmark, unfinished_folder
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.calibration import Calibration, calibration
@@ -66,14 +67,16 @@ def calibrate(
         raise ValueError(f"--check-dataset {min(common)}: is also fitted on; leave it out to check on another split")
     refuse_foreign(out, CALIBRATION_FILE)
     with Runner(chosen_workers(workers, scheduler)) as runner:
-        fitted = fit_acceptance(_answers(dataset, split, method, limit, seed, runner, "to fit on"))
-        checked_pairs = _answers(check_dataset, check, method, limit, seed, runner, "to check on")
+        work = unfinished_folder(out)
+        fitted = fit_acceptance(_answers(dataset, split, method, limit, seed, runner, work / "fit"))
+        checked_pairs = _answers(check_dataset, check, method, limit, seed, runner, work / "check")
     checked = calibration(decide_again(checked_pairs, fitted))
     if checked is None:
         raise ValueError(f"{check_dataset[0]}: has no pair with a reliable truth to check on")
     with atomic_folder(out) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", acceptance_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
+    shutil.rmtree(work)
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
@@ -90,13 +93,13 @@ def _answers(
     limit: int | None,
     seed: int,
     runner: Runner,
-    purpose: str,
+    work: Path,
 ) -> list[EvaluatedPair]:
     pairs = [pair for folder in dataset for pair in dataset_pairs(folder, split)]
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
-    with count_progress(f"pairs {purpose}") as on_progress:
-        return run_benchmark(pairs, (MergeSettings(method),), seed, runner, on_progress)
+    with count_progress(f"pairs to {work.name}") as on_progress:
+        return run_benchmark(pairs, (MergeSettings(method),), seed, runner, on_progress, work)
 
 
 def acceptance_record(fitted: AcceptanceSettings, checked: Calibration) -> dict[str, Any]:
