@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from mapquilt.benchmark.results import BenchmarkResults
     from mapquilt.dataset.loader import load_dataset
     from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-    from mapquilt.runs.sample import Sample, SampleSettings
-    from mapquilt.settings import ExperimentConfig
+    from mapquilt.runs.sample import Sample
+    from mapquilt.settings import ExperimentConfig, SampleSettings
     from merge.merger import merge_maps
     from merge.methods import register as register_method
     from merge.preparation.prepared_map import PreparedMap
@@ -52,7 +52,7 @@ _HOMES = {
     "Proposal": "merge.records.proposal",
     "SE2": "mapping.geometry.se2",
     "Sample": "mapquilt.runs.sample",
-    "SampleSettings": "mapquilt.runs.sample",
+    "SampleSettings": "mapquilt.settings",
     "ScaleRange": "mapping.geometry.scale_range",
     "SensingSettings": "sim.sensors.settings",
     "Similarity2": "mapping.geometry.similarity2",

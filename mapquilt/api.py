@@ -14,8 +14,9 @@ from mapping.map_set import MapSet
 if TYPE_CHECKING:
     from mapquilt.benchmark.results import BenchmarkResults
     from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-    from mapquilt.runs.sample import Sample, SampleSettings
+    from mapquilt.runs.sample import Sample
     from mapquilt.runs.truth_file import RunTruth
+    from mapquilt.settings import SampleSettings
     from merge.records.result import MergeResult
     from merge.settings import MergeSettings
     from sim.mission.settings import MissionSettings
@@ -97,8 +98,9 @@ def simulate(
     Raises ``ValueError`` naming the setting that is out of range, ``ImportError`` if pybullet is missing.
     """
     from mapquilt.cli.options.world import open_place
-    from mapquilt.runs.sample import SampleSettings, make_sample
+    from mapquilt.runs.sample import make_sample
     from mapquilt.runs.stages import simulate_run
+    from mapquilt.settings import SampleSettings
     from sim.mission.mission import simulate as simulate_mission
     from sim.mission.settings import MissionSettings
 

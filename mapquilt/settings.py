@@ -13,9 +13,9 @@ from types import MappingProxyType
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.numbers import parse_number, parse_range
+from mapping.seeds import check_seed
 from mapping.settings import MappingSettings
 from mapquilt.leaves import Combined
-from mapquilt.runs.sample import SampleSettings
 from merge.settings import MergeSettings
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings, PolicyName
@@ -26,6 +26,33 @@ from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.odometry import OdometryNoise
 from sim.sensors.range_noise import RangeNoise
 from sim.sensors.settings import SensingSettings
+
+MOST_PARTS = 20
+
+
+def check_parts(parts: int) -> None:
+    """Raise ``ValueError`` naming the value where a mission cannot be cut into so many parts."""
+    if not 1 <= parts <= MOST_PARTS:
+        raise ValueError(f"parts is {parts}, must lie between 1 and {MOST_PARTS}")
+
+
+@dataclass(frozen=True)
+class SampleSettings:
+    """Choose how a mission becomes maps: sensing, mapping, the ranges that frame perturbations are drawn from, the
+    number of ``parts`` that each robot's mission is cut into (one map each), and the ``seed`` of noise and frames.
+
+    Raises ``ValueError`` naming the field and the value.
+    """
+
+    sensing: SensingSettings = field(default_factory=SensingSettings)
+    mapping: MappingSettings = field(default_factory=MappingSettings)
+    perturbation: FramePerturbationRanges = field(default_factory=FramePerturbationRanges)
+    parts: int = 1
+    seed: int = 7
+
+    def __post_init__(self) -> None:
+        check_parts(self.parts)
+        check_seed(self.seed)
 
 
 @dataclass(frozen=True)

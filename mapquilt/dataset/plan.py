@@ -12,9 +12,8 @@ from mapping.seeds import Role, derived_seed, stream
 from mapping.settings import MappingSettings
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
 from mapquilt.leaves import with_assignments
-from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.true_footprints import map_names
-from mapquilt.settings import COMBINED, ExperimentConfig
+from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings
 from sim.sensors.settings import SensingSettings
 
 

@@ -12,8 +12,7 @@ from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.grid.sensor_model import sensor_model
 from mapping.io.safe_load import read_yaml, yaml_value
 from mapquilt.leaves import with_assignments
-from mapquilt.runs.true_footprints import check_parts
-from mapquilt.settings import COMBINED, ExperimentConfig
+from mapquilt.settings import COMBINED, ExperimentConfig, check_parts
 from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
 from sim.sensors.lidar_presets import lidar_preset

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame_perturbation import FramePerturbationRanges, draw_frame_perturbations, perturb_frame
+from mapping.grid.frame_perturbation import draw_frame_perturbations, perturb_frame
 from mapping.grid.log_odds import map_log
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.sensor_model import sensor_model
@@ -19,34 +19,13 @@ from mapping.ground_truth.truth import (
 )
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
-from mapping.seeds import check_seed
-from mapping.settings import MappingSettings
 from mapping.slam.front_end import odometry_front_end
 from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, check_parts, true_footprints
+from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, true_footprints
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
+from mapquilt.settings import SampleSettings
 from sim.mission.mission import Mission
 from sim.sensors.noise import Sensed, sense
-from sim.sensors.settings import SensingSettings
-
-
-@dataclass(frozen=True)
-class SampleSettings:
-    """Choose how a mission becomes maps: sensing, mapping, the ranges that frame perturbations are drawn from, the
-    number of ``parts`` that each robot's mission is cut into (one map each), and the ``seed`` of noise and frames.
-
-    Raises ``ValueError`` naming the field and the value.
-    """
-
-    sensing: SensingSettings = field(default_factory=SensingSettings)
-    mapping: MappingSettings = field(default_factory=MappingSettings)
-    perturbation: FramePerturbationRanges = field(default_factory=FramePerturbationRanges)
-    parts: int = 1
-    seed: int = 7
-
-    def __post_init__(self) -> None:
-        check_parts(self.parts)
-        check_seed(self.seed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,10 @@ from mapquilt.json_file import read_record
 from mapquilt.merging.merge_file import GroupRecord, MergeAnswer, load_answer
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.coverage_file import write_coverage
-from mapquilt.runs.sample import Sample, SampleSettings, make_sample, sample_steps
+from mapquilt.runs.sample import Sample, make_sample, sample_steps
 from mapquilt.runs.truth_file import RunTruth, load_truth
 from mapquilt.runs.writer import fill_run
+from mapquilt.settings import SampleSettings
 from mapquilt.viz.png import figure_png
 from merge.merger import Progress
 from merge.records.result import PairResult

@@ -15,10 +15,9 @@ from mapping.ground_truth.truth import PairOverlap
 from mapping.io.map_file import map_files
 from mapping.robot.robot_log import RobotTruth
 from mapquilt.runs.seen_slices import SeenSlices, part_bounds
+from mapquilt.settings import check_parts
 from sim.mission.mission import Mission
 from worlds.raster import true_raster
-
-MOST_PARTS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +53,6 @@ class TrueFootprints:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(one.name for one in self.maps)
-
-
-def check_parts(parts: int) -> None:
-    """Raise ``ValueError`` naming the value where a mission cannot be cut into so many parts."""
-    if not 1 <= parts <= MOST_PARTS:
-        raise ValueError(f"parts is {parts}, must lie between 1 and {MOST_PARTS}")
 
 
 def map_names(robots: int, parts: int) -> tuple[str, ...]:

@@ -12,8 +12,9 @@ from mapping.io.robot_log_file import save_robot_log
 from mapquilt.json_file import write_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.overlap_report import true_overlaps
-from mapquilt.runs.sample import Sample, SampleSettings, lidar_names
+from mapquilt.runs.sample import Sample, lidar_names
 from mapquilt.runs.truth_file import save_truth
+from mapquilt.settings import SampleSettings
 from sim.mission.mission import Mission
 
 RUN_SCHEMA = "mapquilt-run/1"

@@ -10,8 +10,7 @@ import typer
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.settings import MappingSettings, Poses
 from mapquilt.leaves import split_assignment, with_assignments
-from mapquilt.runs.sample import SampleSettings
-from mapquilt.settings import COMBINED, ExperimentConfig, max_yaw_of, parse_perturbed_scales
+from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings, max_yaw_of, parse_perturbed_scales
 from sim.sensors.settings import SensingSettings
 
 SET_HERE = ("sensing", "mapping", "perturbation", "parts")

@@ -6,8 +6,8 @@ import re
 import subprocess
 import sys
 
-from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.stages import sense_run
+from mapquilt.settings import SampleSettings
 
 
 def on_terminal(*arguments):

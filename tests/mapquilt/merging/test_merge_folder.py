@@ -13,8 +13,8 @@ import pytest
 
 from mapping.io.map_file import save_map
 from mapquilt.merging.merge_folder import merge_run
-from mapquilt.runs.sample import SampleSettings
 from mapquilt.runs.stages import sense_run
+from mapquilt.settings import SampleSettings
 from merge.settings import MergeSettings
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import office_map, refused

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from mapping.settings import MappingSettings
-from mapquilt.runs.sample import SampleSettings, make_sample
+from mapquilt.runs.sample import make_sample
 from mapquilt.runs.true_footprints import true_footprints
+from mapquilt.settings import SampleSettings
 from sim.mission.file import load_mission
 from sim.sensors.settings import SensingSettings
 
