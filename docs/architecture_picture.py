@@ -1,4 +1,4 @@
-"""Draw the rooms and the flow of data: ``python docs/architecture_picture.py docs/architecture.png``."""
+"""Draw the packages and the flow of data: ``python docs/architecture_picture.py docs/architecture.png``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WIDTH, HEIGHT, GAP = 2.0, 1.15, 0.55
 
 
 def picture() -> Figure:
-    """Return the figure: rooms in the order of the data, the data between them, the steps of the merge below."""
+    """Return the figure: packages in the order of the data, the data between them, the steps of the merge below."""
     figure = Figure(figsize=(11.5, 4.2), dpi=130)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(-0.3, 5 * WIDTH + 4 * GAP + 0.3), ylim=(-0.75, 3.25))

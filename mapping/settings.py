@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 from mapping.grid.sensor_model import sensor_model
-
-Poses = Literal["odometry", "truth"]
-"""odometry: the poses that the wheels measure; truth: the true ones."""
+from mapping.slam.front_end import POSES
 
 
 @dataclass(frozen=True)
 class MappingSettings:
-    """Choose the ``poses`` that robots map with, the cell size ``resolution`` [m], the inverse ``sensor_model`` by
-    name, and ``clear_range`` [m]: how far a beam without a return clears the map.
+    """Choose how a log becomes a grid.
+
+    - ``poses``: the front end whose poses the robot maps with (``mapping.slam.front_end``), or ``truth``;
+    - ``resolution`` [m]: cell size;
+    - ``sensor_model``: name of the inverse sensor model;
+    - ``clear_range`` [m]: range cleared along a beam that has no return; 0 clears none.
 
     Raises ``ValueError`` naming the field and the value.
     """
 
-    poses: Poses = "odometry"
+    poses: str = "odometry"
     resolution: float = 0.05
     sensor_model: str = "octomap"
     clear_range: float = 0.0
 
     def __post_init__(self) -> None:
         sensor_model(self.sensor_model)
-        if self.poses not in get_args(Poses):
-            raise ValueError(f"poses is {self.poses!r}, must be one of {', '.join(get_args(Poses))}")
+        if self.poses not in POSES:
+            raise ValueError(f"poses is {self.poses!r}, must be one of {', '.join(POSES)}")
         if not 0.005 <= self.resolution <= 10.0:
             raise ValueError(f"resolution is {self.resolution}, must lie between 0.005 and 10 m")
         if not 0.0 <= self.clear_range <= 1000.0:

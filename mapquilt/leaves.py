@@ -88,9 +88,9 @@ def with_leaf(tree: Tree, name: str, text: str, combined: Combined = NONE_COMBIN
 def with_assignments(tree: Tree, option: str, texts: Iterable[str], combined: Combined = NONE_COMBINED) -> Tree:
     """Apply texts such as ``mapping.resolution=0.1``. Raises ``ValueError`` naming the option and the text."""
     for text in texts:
-        name, value = split_assignment(tree, option, text, combined)
+        _, value = split_assignment(tree, option, text, combined)
         try:
-            tree = with_leaf(tree, name, value, combined)
+            tree = with_leaf(tree, text.removesuffix(f"={value}"), value, combined)
         except ValueError as error:
             raise ValueError(f"{option} {error}") from None
     return tree

@@ -1,8 +1,13 @@
-"""Mapping front ends: from a robot's log to the poses that it maps with. A scan matcher has the same signature."""
+"""Mapping front ends: from a robot's log to the poses that it maps with.
+
+Add a front end to ``FRONT_ENDS``: its name is then a value of ``mapping.poses`` everywhere (``--poses``, data sets,
+studies).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
@@ -14,3 +19,12 @@ FrontEnd = Callable[[RobotLog], Trajectory]
 def odometry_front_end(log: RobotLog) -> Trajectory:
     """Return the odometry as it is, in the frame of the robot's start."""
     return log.odometry.from_start()
+
+
+FRONT_ENDS: Mapping[str, FrontEnd] = MappingProxyType({"odometry": odometry_front_end})
+
+TRUE_POSES = "truth"
+"""Not a front end: the true poses, which no robot knows."""
+
+POSES = (*FRONT_ENDS, TRUE_POSES)
+"""Values of ``mapping.poses``."""

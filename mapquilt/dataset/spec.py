@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
-from mapping.grid.sensor_model import sensor_model
 from mapping.io.safe_load import read_yaml, yaml_value
+from mapping.settings import MappingSettings
 from mapquilt.leaves import with_assignments
 from mapquilt.settings import COMBINED, ExperimentConfig, check_parts
 from sim.mission.robot import RobotSettings
@@ -66,7 +66,7 @@ class SamplesSpec(_Strict):
 
     per_mission: Annotated[int, Field(ge=1)] = 4
     noise: tuple[Annotated[float, Field(ge=0.0, allow_inf_nan=False)], ...] = (1.0,)
-    poses: tuple[Literal["odometry", "truth"], ...] = ("odometry",)
+    poses: tuple[str, ...] = ("odometry",)
     scale: tuple[tuple[Positive, Positive], ...] = ((0.5, 2.0),)
     parts: tuple[int, ...] = (1,)
     resolution: tuple[Positive, ...] = (0.05,)
@@ -83,7 +83,9 @@ class SamplesSpec(_Strict):
         for parts in self.parts:
             check_parts(parts)
         for model in self.sensor_model:
-            sensor_model(model)
+            MappingSettings(sensor_model=model)
+        for poses in self.poses:
+            MappingSettings(poses)
         for name, values in self.set.items():
             if not values:
                 raise ValueError(f"set.{name} lists no value")

@@ -19,7 +19,7 @@ from mapping.ground_truth.truth import (
 )
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
-from mapping.slam.front_end import odometry_front_end
+from mapping.slam.front_end import FRONT_ENDS, TRUE_POSES
 from mapquilt.runs.seen_slices import SeenSlices
 from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, true_footprints
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
@@ -99,7 +99,7 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
 def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
     log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
     mapping = settings.mapping
-    poses = odometry_front_end(log) if mapping.poses == "odometry" else truth.trajectory.from_start()
+    poses = truth.trajectory.from_start() if mapping.poses == TRUE_POSES else FRONT_ENDS[mapping.poses](log)
     drawn = map_log(log, poses, mapping.resolution, sensor_model(mapping.sensor_model), mapping.clear_range)
     seen = beam_endpoints(log, truth, poses, sensed.replaced[place.start : place.stop])
     return _MapSample(

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
-from mapping.settings import MappingSettings, Poses
+from mapping.settings import MappingSettings
+from mapping.slam.front_end import POSES
 from mapquilt.leaves import split_assignment, with_assignments
 from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings, max_yaw_of, parse_perturbed_scales
 from sim.sensors.settings import SensingSettings
@@ -24,7 +25,7 @@ SetOption = Annotated[
         help="Any setting of sensing, mapping or perturbation by its dotted name: lidar.range_sigma=0.05. Repeatable.",
     ),
 ]
-PosesOption = Annotated[Poses, typer.Option(help="Poses that the robots map with.")]
+PosesOption = Annotated[str, typer.Option(help=f"Poses that the robots map with: {', '.join(POSES)}.")]
 ScaleOption = Annotated[
     str, typer.Option(help="How wrong resolutions are stated: hidden (by 0.5 to 2), honest (not at all), or LO:HI.")
 ]
@@ -38,7 +39,7 @@ ClearRange = Annotated[float, typer.Option(help="How far a beam without a return
 def sample_settings(
     *,
     noise: float,
-    poses: Poses,
+    poses: str,
     resolution: float,
     model: str,
     clear_range: float,

@@ -12,6 +12,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapquilt.evaluation.transform_error import RIGHT, THESIS, normalised_error, transform_error
+from merge.records.uncertainty import RIGHT_GROWTH, RIGHT_YAW
 
 
 def full_grid(rows=40, cols=60, resolution=0.05, origin=(0.0, 0.0)):
@@ -116,3 +117,8 @@ def test_errors_drawn_from_a_covariance_have_as_many_squares_as_parameters():
         answer = Similarity2(truth.x + x, truth.y + y, truth.yaw + yaw, truth.scale + scale)
         found.append(normalised_error(truth, answer, root @ root.T))
     assert np.mean(found) == pytest.approx(4.0, abs=0.2)
+
+
+def test_the_confidence_of_the_merger_uses_the_tolerance_of_the_score():
+    assert math.radians(RIGHT.rotation_deg) == RIGHT_YAW
+    assert math.log1p(RIGHT.scale_percent / 100.0) == pytest.approx(RIGHT_GROWTH, rel=1e-12)

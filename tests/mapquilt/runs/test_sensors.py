@@ -12,7 +12,7 @@ import pytest
 from mapping.io.robot_log_file import load_robot_log
 from sim.mission.file import load_mission
 from sim.sensors.lidar_presets import PRESETS, lidar_preset
-from sim.sensors.noise import COMPONENTS, Noise, sense
+from sim.sensors.noise import Noise, sense
 from tests.conftest import command
 
 
@@ -80,7 +80,7 @@ def test_lidars_are_listed_with_their_sources(capsys: pytest.CaptureFixture[str]
         (("--set", "lidar.range_sigma=much"), ("--set lidar.range_sigma=much", "no number")),
         (("--set", "lidar.range_sigma=nan"), ("--set lidar.range_sigma=nan", "no number")),
         (("--set", "lidar.range_sigma"), ("--set lidar.range_sigma", "NAME=VALUE")),
-        (("--set", "lidar.sigma=1"), ("--set lidar.sigma=1", *COMPONENTS)),
+        (("--set", "lidar.sigma=1"), ("--set lidar.sigma=1: lidar.sigma is no setting", "bias_sigma")),
     ],
 )
 def test_bad_options_are_one_line_and_status_2(
