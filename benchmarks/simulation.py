@@ -97,7 +97,7 @@ def _bare(mission: Mission, rays: list[list[list[Rays]]]) -> None:
     starts = [truth.trajectory.pose(0) for truth in mission.robots]
     with BulletScene(mission.world, starts, mission.settings.robots) as scene:
         for k in range(len(mission.robots[0].scans)):
-            scene.place([truth.trajectory.pose(k) for truth in mission.robots])
+            scene.set_poses([truth.trajectory.pose(k) for truth in mission.robots])
             for robot in range(len(mission.robots)):
                 for start, end in rays[robot][k]:
                     scene.rays(start, end, ignored=2 << robot)

@@ -14,7 +14,7 @@ from mapping.robot.trajectory import Trajectory
 from mapping.seeds import Role, stream
 from mapquilt.runs import folder as run_folder
 from sim.mission.file import load_mission
-from sim.sensors.odometry import OdometryNoise, draw_bias, drifted
+from sim.sensors.odometry import OdometryNoise, draw_bias, simulate_odometry
 
 SEEDS = 30
 """Drifts that are drawn for each path."""
@@ -40,7 +40,7 @@ def drift(path: Trajectory, noise: OdometryNoise, index: int) -> NDArray[np.floa
     end, errors = path.from_start().poses[-1], []
     for seed in range(SEEDS):
         bias = draw_bias(noise, stream(seed, Role.ODOMETRY_BIAS, index))
-        x, y, yaw = drifted(path, noise, bias, stream(seed, Role.ODOMETRY_NOISE, index)).poses[-1] - end
+        x, y, yaw = simulate_odometry(path, noise, bias, stream(seed, Role.ODOMETRY_NOISE, index)).poses[-1] - end
         errors.append((100.0 * math.hypot(x, y) / path.distance(), math.degrees(yaw)))
     return np.array(errors)
 

@@ -20,7 +20,7 @@ from mapquilt.viz.palette import TRUE_WALL, UNKNOWN, picture, robot_colour
 from mapquilt.viz.png import figure_png
 from sim.mission.file import load_mission
 from sim.sensors.lidar_presets import lidar_preset
-from sim.sensors.noise import Noise, Sensed, sense
+from sim.sensors.noise import Noise, SensedLog, sense
 
 LEVELS = (0.0, 1.0, 3.0)
 AT = 0.3
@@ -43,12 +43,12 @@ def main(run: Path, out: Path) -> None:
     out.write_bytes(figure_png(figure))
 
 
-def draw_scan(axes: Axes, truth: RobotTruth, sensed: Sensed) -> None:
+def draw_scan(axes: Axes, truth: RobotTruth, sensed: SensedLog) -> None:
     index = int(AT * len(truth.scans))
     clean, read = truth.scans[index], sensed.log.scans[index]
     axes.plot(*clean.points().T, ".", color=TRUE_WALL, markersize=6)
     axes.plot(*read.points().T, ".", color=robot_colour(0), markersize=2.5)
-    axes.plot(*made_up(read, sensed.replaced[index]).T, "x", color=robot_colour(1), markersize=5)
+    axes.plot(*made_up(read, sensed.outliers[index]).T, "x", color=robot_colour(1), markersize=5)
     axes.plot(0.0, 0.0, "^", color="black", markersize=6)
     axes.set(aspect="equal", xlim=(-SHOWN, SHOWN), ylim=(-SHOWN * 0.7, SHOWN * 0.7))
     axes.tick_params(labelsize=7)
@@ -60,7 +60,7 @@ def made_up(scan: LidarScan, replaced: np.ndarray) -> np.ndarray:
     return points
 
 
-def draw_map(axes: Axes, truth: RobotTruth, sensed: Sensed) -> None:
+def draw_map(axes: Axes, truth: RobotTruth, sensed: SensedLog) -> None:
     grid = map_log(sensed.log, odometry_front_end(sensed.log), 0.05, sensor_model("octomap"), 0.0)
     (low_x, low_y), (high_x, high_y) = grid.frame.metres_from_cells(np.array([(0, 0), np.array(grid.frame.shape) - 1]))
     half = grid.frame.resolution / 2.0

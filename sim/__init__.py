@@ -1,1 +1,1 @@
-"""PyBullet robots with lidars that explore a world; clean missions, and noise drawn on them afterwards."""
+"""Simulated robots with lidars in a world."""

@@ -25,7 +25,7 @@ from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, true_footprin
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from mapquilt.settings import SampleSettings
 from sim.mission.mission import Mission
-from sim.sensors.noise import Sensed, sense
+from sim.sensors.noise import SensedLog, sense
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +96,12 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
     return tuple(robot.lidar.model for robot in mission.settings.robots)
 
 
-def _make_map(sensed: Sensed, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
+def _make_map(sensed: SensedLog, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
     log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
     mapping = settings.mapping
     poses = truth.trajectory.from_start() if mapping.poses == TRUE_POSES else FRONT_ENDS[mapping.poses](log)
     drawn = map_log(log, poses, mapping.resolution, sensor_model(mapping.sensor_model), mapping.clear_range)
-    seen = beam_endpoints(log, truth, poses, sensed.replaced[place.start : place.stop])
+    seen = beam_endpoints(log, truth, poses, sensed.outliers[place.start : place.stop])
     return _MapSample(
         log=log,
         grid=perturb_frame(drawn, start_from_map),

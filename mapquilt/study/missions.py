@@ -14,7 +14,7 @@ from mapquilt.cli.options.world import open_place
 from mapquilt.jobs.mission_cache import MissionCache
 from mapquilt.settings import ExperimentConfig
 from sim.mission.mission import Mission, simulate
-from sim.mission.overlap import overlap_cut
+from sim.mission.overlap import cut_to_overlap
 from sim.mission.settings import MissionSettings
 from sim.sensors.lidar import Lidar
 from worlds.raster import true_raster
@@ -48,7 +48,7 @@ def cut_mission(mission: Mission, setup: ExperimentConfig) -> Mission:
     if setup.mission.overlap is None:
         return kept
     frame = true_raster(mission.world, TRUE_RESOLUTION).frame
-    return kept.cut(overlap_cut(kept.robots, frame, setup.mission.overlap, setup.mapping.clear_range).scans)
+    return kept.cut(cut_to_overlap(kept.robots, frame, setup.mission.overlap, setup.mapping.clear_range).scans)
 
 
 def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: ExperimentConfig) -> Mission:
@@ -62,7 +62,7 @@ def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: Experime
     smaller = MissionSettings(
         robots, setup.mission.duration, settings.starts, settings.drive, settings.policy, overlap=setup.mission.overlap
     )
-    return Mission(mission.world, tuple(truths), mission.seed, smaller, mission.touches[: len(truths)])
+    return Mission(mission.world, tuple(truths), mission.seed, smaller, mission.contacts[: len(truths)])
 
 
 def _lidar(lidar: Lidar, beams: int) -> Lidar:

@@ -102,7 +102,7 @@ def _middles(rooms: Sequence[Room]) -> Goals:
 def _mission(world: str, starts: tuple[SE2, ...], duration: float, seed: int, goals: Goals = ()) -> Mission:
     lidar = with_rate(lidar_preset(LIDAR).lidar, RATE)
     robots = tuple(RobotSettings(lidar=lidar, start=start) for start in starts)
-    settings = MissionSettings(robots, duration, policy="tour" if goals else "explore", goals=goals)
+    settings = MissionSettings(robots, duration, policy="patrol" if goals else "explore", goals=goals)
     return simulate(make_world(world, seed), settings, seed)[0]
 
 

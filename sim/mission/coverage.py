@@ -1,4 +1,4 @@
-"""How much of the world a team has seen as time goes by."""
+"""Compute how much of the world a team has seen over time."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from sim.mission.mission import Mission
 from worlds.raster import touched_cells, true_raster
 
 STEP = 1.0
-"""Time between two figures [s]."""
+"""Time between two samples [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """Shares, 0 to 1, of the true free area that had been seen at ``stamps`` (T,) [s]: by each of ``robots`` (R, T),
-    and by the ``team`` (T,). ``free_area`` [m^2] is all of it."""
+    """Hold the seen fraction of the true free area at ``stamps`` (T,) [s], per robot (R, T) and for the ``team`` (T,).
+
+    ``free_area`` [m^2] is the whole true free area.
+    """
 
     stamps: NDArray[np.float64]
     robots: NDArray[np.float64]
@@ -33,10 +35,10 @@ class Coverage:
 
 
 def coverage(mission: Mission, clear_range: float = 0.0) -> Coverage:
-    """The coverage of a mission second by second, from the true beams, on true cells of 0.05 m.
+    """Compute the coverage of a mission second by second, from the true beams, on true cells of 0.05 m.
 
-    Free is what no solid touches, within the fence if there is one. ``clear_range`` [m] is how far a beam without a
-    return sees. Nothing comes of time after a robot's last scan.
+    A cell is free if no solid touches it and it lies within the fence, if there is one. ``clear_range`` [m] is how far
+    a beam without a return sees. The coverage of a robot stays constant after its last scan.
     """
     raster = true_raster(mission.world, TRUE_RESOLUTION)
     free = raster.free
@@ -56,5 +58,5 @@ def coverage(mission: Mission, clear_range: float = 0.0) -> Coverage:
 
 
 def _counts(when: NDArray[np.float64], stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-    """How many cells had been seen at each of the stamps."""
+    """Count the cells that were seen by each of the stamps."""
     return np.searchsorted(np.sort(when), stamps + 1e-9, side="right")

@@ -1,4 +1,4 @@
-"""A mission on disk."""
+"""Write missions to disk and read them back."""
 
 from __future__ import annotations
 
@@ -29,19 +29,21 @@ from worlds.world_file import world_from_json, world_to_json
 SCHEMA_VERSION = 2
 
 _FIELDS = {"schema", "version", "seed", "touches", "settings"}
+_OLD_POLICIES = {"tour": "patrol"}
+"""Names of policies in older files."""
 
 
 def save_mission(mission: Mission, folder: Path) -> None:
-    """Write ``world.json``, ``mission.json`` and one ``robot_<i>.npz`` a robot into the folder, made where missing.
+    """Write ``world.json``, ``mission.json`` and one ``robot_<i>.npz`` per robot into the folder, created if missing.
 
-    Equal missions give equal bytes. Raises ``OSError`` where the folder cannot be written.
+    Equal missions give equal bytes. Raises ``OSError`` if the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     record = {
         "schema": "mapquilt/mission",
         "version": SCHEMA_VERSION,
         "seed": mission.seed,
-        "touches": list(mission.touches),
+        "touches": list(mission.contacts),
         "settings": asdict(mission.settings),
     }
     _write_json(folder / "world.json", world_to_json(mission.world))
@@ -57,9 +59,9 @@ def save_mission(mission: Mission, folder: Path) -> None:
 
 
 def load_mission(folder: Path) -> Mission:
-    """The mission of ``save_mission``, bit for bit.
+    """Read a mission as ``save_mission`` wrote it, bit for bit.
 
-    Raises ``OSError`` where a file is missing, ``ValueError`` naming the file where one cannot be understood.
+    Raises ``OSError`` if a file is missing, ``ValueError`` with the file if one is malformed.
     """
     world_path, path = folder / "world.json", folder / "mission.json"
     try:
@@ -68,17 +70,17 @@ def load_mission(folder: Path) -> Mission:
         raise ValueError(f"{world_path}: {error}") from error
     record = _read_record(path)
     if record.get("schema") != "mapquilt/mission" or record.get("version") != SCHEMA_VERSION:
-        raise ValueError(f"{path}: is no mapquilt/mission of version {SCHEMA_VERSION}")
+        raise ValueError(f"{path}: not a mapquilt/mission of version {SCHEMA_VERSION}")
     try:
         _check_fields(record)
         settings = _settings(record["settings"])
-        seed, touches = _count("seed", record["seed"]), tuple(_count("touches", each) for each in record["touches"])
+        seed, contacts = _count("seed", record["seed"]), tuple(_count("touches", each) for each in record["touches"])
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path}: malformed: {error}") from error
     robots = tuple(
         _load_robot(folder / f"robot_{k}.npz", robot.lidar, world) for k, robot in enumerate(settings.robots)
     )
-    return Mission(world, robots, seed, settings, touches)
+    return Mission(world, robots, seed, settings, contacts)
 
 
 def _check_fields(record: dict[str, Any]) -> None:
@@ -88,13 +90,14 @@ def _check_fields(record: dict[str, Any]) -> None:
 
 def _count(name: str, value: Any) -> int:
     if type(value) is not int or value < 0:
-        raise ValueError(f"{name} is {value!r}, must be an integer that is not negative")
+        raise ValueError(f"{name} is {value!r}, must be an integer of at least 0")
     return value
 
 
 def _settings(record: dict[str, Any]) -> MissionSettings:
     robots = [_robot(each) for each in record["robots"]]
-    return MissionSettings(**{**record, "robots": robots})
+    policy = _OLD_POLICIES.get(record["policy"], record["policy"])
+    return MissionSettings(**{**record, "robots": robots, "policy": policy})
 
 
 def _robot(record: dict[str, Any]) -> RobotSettings:
@@ -121,12 +124,12 @@ def _load_robot(path: Path, lidar: Lidar, world: World) -> RobotTruth:
 def _check_arrays(arrays: dict[str, NDArray[Any]], lidar: Lidar, world: World) -> None:
     for name, array in arrays.items():
         if array.dtype.kind not in "fiub":
-            raise ValueError(f"{name} is of type {array.dtype}")
+            raise ValueError(f"{name} is of type {array.dtype}, must be numeric")
     if arrays["ranges"].ndim != 2 or arrays["ranges"].shape[1] != lidar.beams:
-        raise ValueError(f"ranges has shape {arrays['ranges'].shape}, but the lidar has {lidar.beams} beams")
+        raise ValueError(f"ranges has shape {arrays['ranges'].shape}, must be (N, {lidar.beams}) for this lidar")
     places = arrays["world_from_base"][..., :2]
     if not ((places >= 0.0) & (places <= world.size)).all():
-        raise ValueError(f"world_from_base leaves the world's {world.size[0]:g} x {world.size[1]:g} m")
+        raise ValueError(f"world_from_base leaves the world of {world.size[0]:g} x {world.size[1]:g} m")
 
 
 def _write_json(path: Path, record: dict[str, Any]) -> None:
@@ -136,5 +139,5 @@ def _write_json(path: Path, record: dict[str, Any]) -> None:
 def _read_record(path: Path) -> dict[str, Any]:
     record = read_json(path)
     if not isinstance(record, dict):
-        raise ValueError(f"{path}: holds no JSON object")
+        raise ValueError(f"{path}: must hold a JSON object")
     return record

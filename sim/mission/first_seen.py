@@ -1,4 +1,4 @@
-"""When a robot first saw each cell of the world."""
+"""Find the scan in which a robot first saw each cell of the world."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from mapping.robot.robot_log import RobotTruth
 
 NEVER = np.iinfo(np.int32).max
 _ROUNDING = 4
-"""Cells around the raster, into which a hit may lie by rounding."""
+"""Extra cells around the raster for hits that rounding moves outside."""
 
 
 def first_seen(truth: RobotTruth, frame: GridFrame, clear_range: float = 0.0) -> NDArray[np.int32]:
-    """For each cell, (rows, cols), how many scans the robot had taken when one saw it, ``NEVER`` where none did.
+    """Return for each cell (rows, cols) the number of the scan, from 1, that first saw it, ``NEVER`` for unseen cells.
 
-    A cell is seen where a true beam crosses it or ends in it, as ``observed`` has it; a beam
-    without a return crosses what lies within ``clear_range`` [m]. The raster's cells must be aligned with the world's
-    origin, and the robot must stay on it.
+    A cell is seen if a true beam crosses it or ends in it, as in ``observed``. A beam without a return crosses cells up
+    to ``clear_range`` [m]. The cells of ``frame`` must be aligned with the world's origin, and the robot must stay
+    within them.
     """
     # Drawn backwards, so that the number of the scan that touched a cell last is that of the one that saw it first.
     rows, cols = frame.shape

@@ -1,4 +1,4 @@
-"""A team of robots in a world: simulated once, kept clean."""
+"""Simulate a team of robots in a world, without noise."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.trajectory import Trajectory
 from mapping.seeds import Role, stream
-from sim.mission.overlap import attempts, overlap_cut
+from sim.mission.overlap import cut_to_overlap, start_attempts
 from sim.mission.replay import Replayed, check_replay
 from sim.mission.running import Driven, Mover, run_team
 from sim.mission.settings import MissionSettings
@@ -24,28 +24,28 @@ from worlds.world import World
 
 @dataclass(frozen=True, eq=False)
 class Mission:
-    """What truly happened: one truth a robot, in a ``world``; robots with other lidars have other stamps.
+    """Hold the truth of each robot in a ``world``. Robots with different lidars have different stamps.
 
-    Nothing in it depends on sensor noise; ``sense`` draws the noise on it afterwards. ``touches``
-    counts for each robot the scan periods in which it touched a wall or another robot. Where the mission was cut to
-    reach an overlap, truths end before ``settings.duration``.
+    A mission does not depend on sensor noise; ``sense`` adds the noise afterwards. ``contacts`` counts for each robot
+    the scan periods in which it touched a wall or another robot. If the mission was cut to reach an overlap, truths end
+    before ``settings.duration``.
     """
 
     world: World
     robots: tuple[RobotTruth, ...]
     seed: int
     settings: MissionSettings
-    touches: tuple[int, ...]
+    contacts: tuple[int, ...]
 
     def cut(self, scans: Sequence[int]) -> Mission:
-        """The same mission with only so many scans of each robot, from the first on."""
+        """Keep only the first ``scans[i]`` scans of each robot i."""
         robots = tuple(truth.part(0, count) for truth, count in zip(self.robots, scans, strict=True))
         return replace(self, robots=robots)
 
 
 @dataclass(frozen=True)
 class MissionTimes:
-    """Seconds of wall time that a mission took, by what they went into. They are no part of the mission."""
+    """Hold the wall time [s] of each part of a simulation. It is not part of the mission."""
 
     building: float = 0.0
     physics: float = 0.0
@@ -64,22 +64,22 @@ def simulate(
     replay: Sequence[Trajectory] = (),
     clear_range: float = 0.0,
 ) -> tuple[Mission, MissionTimes]:
-    """Let the robots drive in the world. Equal arguments give an equal mission, bit for bit, in any process.
+    """Simulate a mission. Equal arguments give an equal mission, bit for bit, in any process.
 
-    Every robot scans at its lidar's rate from 0 s to the end; one that finds nothing more to do stands still and goes
-    on scanning, and is still seen by the others. ``on_progress`` is told the simulated time [s] after each scan.
-    ``replay`` holds world_from_base over time of each robot, for the policy of that name. Where an overlap is wanted,
-    the mission is cut to reach it, and simulated again from other starts where that fails; the one that comes nearest
-    is kept; ``clear_range`` [m] is how far a beam without a return sees there.
+    Every robot scans at its lidar's rate from 0 s to the end. A robot that has finished stands still, goes on scanning,
+    and stays visible to the others. ``on_progress`` is called with the simulated time [s] after each scan. ``replay``
+    holds one world_from_base trajectory per robot, for the policy ``replay``. If the settings ask for an overlap, the
+    mission is cut to reach it. If that fails, it is simulated again from other starts, and the closest result is kept.
+    ``clear_range`` [m] is how far a beam without a return sees there.
 
-    Raises ``ValueError`` where the world does not hold the robots, a start, a goal or a trajectory; ``ImportError``
-    without PyBullet.
+    Raises ``ValueError`` if the robots do not fit into the world, or a start, goal or trajectory is not valid;
+    ``ImportError`` without PyBullet.
     """
     stopwatch = Stopwatch()
     check_replay(world, settings, replay)
-    with stopwatch.on("total"):
-        mission = _first_that_overlaps(
-            (_drive(world, attempt, seed, replay, stopwatch, on_progress) for attempt in attempts(settings)),
+    with stopwatch.measure("total"):
+        mission = _best_overlap(
+            (_drive(world, attempt, seed, replay, stopwatch, on_progress) for attempt in start_attempts(settings)),
             settings.overlap,
             clear_range,
             stopwatch,
@@ -87,20 +87,21 @@ def simulate(
     return mission, MissionTimes(**stopwatch.seconds)
 
 
-def _first_that_overlaps(
-    missions: Iterator[Mission], wanted: tuple[float, float] | None, clear_range: float, stopwatch: Stopwatch
+def _best_overlap(
+    missions: Iterator[Mission], target: tuple[float, float] | None, clear_range: float, stopwatch: Stopwatch
 ) -> Mission:
-    """The first of the missions, cut where an overlap is wanted, that reaches it, or the one that comes nearest."""
+    """Cut missions until one reaches the overlap, and return it, or the closest one. Without a target, return the
+    first."""
     best: tuple[float, Mission] | None = None
     for mission in missions:
-        if wanted is None:
+        if target is None:
             return mission
-        with stopwatch.on("cutting"):
+        with stopwatch.measure("cutting"):
             frame = true_raster(mission.world, TRUE_RESOLUTION).frame
-            cut = overlap_cut(mission.robots, frame, wanted, clear_range)
-        if best is None or cut.miss < best[0]:
-            best = cut.miss, mission.cut(cut.scans)
-        if cut.miss == 0.0:
+            cut = cut_to_overlap(mission.robots, frame, target, clear_range)
+        if best is None or cut.error < best[0]:
+            best = cut.error, mission.cut(cut.scans)
+        if cut.error == 0.0:
             break
     if best is None:
         raise ValueError("no mission to choose from")
@@ -117,7 +118,7 @@ def _drive(
 ) -> Mission:
     robots = settings.robots
     with ExitStack() as stack:
-        with stopwatch.on("building"):
+        with stopwatch.measure("building"):
             if replay:
                 starts = tuple(path.pose(0) for path in replay)
             else:
@@ -127,8 +128,8 @@ def _drive(
             if replay:
                 mover = Replayed(scene, replay, stopwatch)
             else:
-                pilots = make_navigators(world, settings, starts, seed, stopwatch)
-                mover = Driven(scene, settings.drive, pilots, stopwatch)
+                navigators = make_navigators(world, settings, starts, seed, stopwatch)
+                mover = Driven(scene, settings.drive, navigators, stopwatch)
         recorders = run_team(scene, robots, settings.duration, mover, stopwatch, on_progress)
     truths = tuple(recorder.truth() for recorder in recorders)
-    return Mission(world, truths, seed, settings, tuple(recorder.touches for recorder in recorders))
+    return Mission(world, truths, seed, settings, tuple(recorder.contacts for recorder in recorders))

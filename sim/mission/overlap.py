@@ -1,4 +1,4 @@
-"""Ends for the robots of a mission, so that what any two of them saw overlaps as wanted."""
+"""Shorten the missions of a team until its footprints overlap pair by pair by a given fraction."""
 
 from __future__ import annotations
 
@@ -16,46 +16,50 @@ from sim.mission.settings import MissionSettings
 from sim.mission.starts import Starts
 
 LEVELS = 60
-"""Ends that are tried for each robot, evenly over its time."""
+"""Number of end times tried for each robot, spaced evenly."""
 SHORTEST = 0.05
-"""No robot's mission is cut to less than this share."""
+"""Smallest fraction of a robot's mission that is kept."""
 MARGIN = 0.002
-"""How far inside the range an overlap is to lie, if the range is wide enough."""
+"""Distance from the limits of the target range that is aimed at, if the range is wide enough."""
 ROUNDS = 20
 
 
 @dataclass(frozen=True)
 class Cut:
-    """How many ``scans`` of each robot to keep, and ``miss``, by how much the overlaps of the pairs then lie outside
-    the range, summed up: 0 where all lie in it."""
+    """Hold how many ``scans`` of each robot to keep, and the ``error``: by how much the pairs' overlaps then lie
+    outside the range, summed up."""
 
     scans: tuple[int, ...]
-    miss: float
+    error: float
 
 
-def overlap_cut(
-    truths: Sequence[RobotTruth], frame: GridFrame, wanted: tuple[float, float], clear_range: float = 0.0
+def cut_to_overlap(
+    truths: Sequence[RobotTruth], frame: GridFrame, target: tuple[float, float], clear_range: float = 0.0
 ) -> Cut:
-    """The longest missions, each from its beginning, whose footprints on the true raster overlap pair by pair within
-    ``wanted``, (least, greatest); where there are none, those that miss it least. ``clear_range`` [m] is how far a beam
-    without a return sees.
+    """Find the longest missions, each from its start, whose footprints overlap pair by pair within ``target``.
 
-    All pairs are tabulated over the robots' ends; the ends are then found one robot at a time, from many beginnings.
+    ``target`` is (least, greatest) overlap. If no cut reaches it, the one with the least error is returned. ``frame``
+    is the true raster; ``clear_range`` [m] is how far a beam without a return sees. The overlaps of all pairs are
+    tabulated over the robots' end times; coordinate descent from many initial values then finds the ends.
     """
     scans = [_levels(len(truth.scans)) for truth in truths]
     levels = [
         _seen_at(first_seen(truth, frame, clear_range), counts) for truth, counts in zip(truths, scans, strict=True)
     ]
-    misses = {(a, b): _miss(_overlaps(levels[a], levels[b]), wanted) for a, b in combinations(range(len(truths)), 2)}
-    tables = {**misses, **{(b, a): table.T for (a, b), table in misses.items()}}
+    errors = {
+        (a, b): _overlap_error(_overlaps(levels[a], levels[b]), target) for a, b in combinations(range(len(truths)), 2)
+    }
+    tables = {**errors, **{(b, a): table.T for (a, b), table in errors.items()}}
     found = [_descend(tables, len(truths), level) for level in range(LEVELS)]
-    miss, _, ends = min(found, key=lambda each: (each[0], each[1]))
-    return Cut(tuple(int(counts[end]) for counts, end in zip(scans, ends, strict=True)), miss)
+    error, _, ends = min(found, key=lambda each: (each[0], each[1]))
+    return Cut(tuple(int(counts[end]) for counts, end in zip(scans, ends, strict=True)), error)
 
 
-def attempts(settings: MissionSettings) -> tuple[MissionSettings, ...]:
-    """What to try for the overlap wanted: the settings as they are, and then the other kinds of starts, close ones
-    first where much overlap is wanted. Where no start is to be chosen, there is one attempt."""
+def start_attempts(settings: MissionSettings) -> tuple[MissionSettings, ...]:
+    """List the settings to try for a target overlap: first as they are, then with the other kinds of starts.
+
+    Close starts come first for large overlaps. There is one attempt if all starts are fixed.
+    """
     fixed = settings.policy == "replay" or all(robot.start is not None for robot in settings.robots)
     if settings.overlap is None or fixed:
         return (settings,)
@@ -69,14 +73,15 @@ def _levels(scans: int) -> NDArray[np.int64]:
 
 
 def _seen_at(first: NDArray[np.int32], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The lowest level at which each cell has been seen, ``LEVELS`` where never: (cells,)."""
+    """Return the lowest level at which each cell has been seen, ``LEVELS`` for unseen cells: (cells,)."""
     level = np.searchsorted(counts, first.ravel())
     level[first.ravel() == NEVER] = LEVELS
     return level
 
 
 def _overlaps(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.float64]:
-    """The overlap of two robots that end at each level, (LEVELS, LEVELS): common cells over the smaller footprint."""
+    """Compute the overlap of two robots for each pair of end levels (LEVELS, LEVELS): common cells over the smaller
+    footprint."""
     joint = np.bincount(a * (LEVELS + 1) + b, minlength=(LEVELS + 1) ** 2).reshape(LEVELS + 1, LEVELS + 1)
     common = joint[:LEVELS, :LEVELS].cumsum(axis=0).cumsum(axis=1)
     area_a, area_b = joint.sum(axis=1)[:LEVELS].cumsum(), joint.sum(axis=0)[:LEVELS].cumsum()
@@ -84,23 +89,23 @@ def _overlaps(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.float64]
     return shares
 
 
-def _miss(overlaps: NDArray[np.float64], wanted: tuple[float, float]) -> NDArray[np.float64]:
-    margin = min(MARGIN, (wanted[1] - wanted[0]) / 4.0)
-    low = wanted[0] + margin if wanted[0] > 0.0 else 0.0
-    high = wanted[1] - margin if wanted[1] < 1.0 else 1.0
+def _overlap_error(overlaps: NDArray[np.float64], target: tuple[float, float]) -> NDArray[np.float64]:
+    margin = min(MARGIN, (target[1] - target[0]) / 4.0)
+    low = target[0] + margin if target[0] > 0.0 else 0.0
+    high = target[1] - margin if target[1] < 1.0 else 1.0
     return np.maximum(0.0, np.maximum(low - overlaps, overlaps - high))
 
 
 def _descend(
     tables: dict[tuple[int, int], NDArray[np.float64]], robots: int, level: int
 ) -> tuple[float, int, tuple[int, ...]]:
-    """The miss, how much was cut, and the ends, from where all robots end at one level."""
+    """Return the error, the number of levels cut, and the end levels, by coordinate descent from one common level."""
     ends = [level] * robots
     for _ in range(ROUNDS):
         before = list(ends)
         for robot in range(robots):
-            miss = sum(tables[robot, other][:, ends[other]] for other in range(robots) if other != robot)
-            ends[robot] = LEVELS - 1 - int(np.argmin(np.round(np.asarray(miss)[::-1], 9)))
+            error = sum(tables[robot, other][:, ends[other]] for other in range(robots) if other != robot)
+            ends[robot] = LEVELS - 1 - int(np.argmin(np.round(np.asarray(error)[::-1], 9)))
         if ends == before:
             break
     total = sum(float(tables[a, b][ends[a], ends[b]]) for a, b in combinations(range(robots), 2))

@@ -1,4 +1,4 @@
-"""Robots that follow trajectories of old instead of deciding."""
+"""Replay given trajectories."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from sim.physics.stopwatch import Stopwatch
 from worlds.world import World
 
 STEP = 0.1
-"""Between two poses, places this far apart [m] are looked at."""
+"""Spacing of the checked positions between two poses [m]."""
 
 
 class Replayed:
-    """Bodies stand where trajectories, world_from_base of each robot, say; beyond their ends they stand still."""
+    """Set the bodies to the poses of given world_from_base trajectories. Beyond their ends, robots stand still."""
 
     def __init__(self, scene: BulletScene, paths: Sequence[Trajectory], stopwatch: Stopwatch) -> None:
         self._scene, self._stopwatch = scene, stopwatch
@@ -30,12 +30,12 @@ class Replayed:
         self._poses = [np.column_stack((path.poses[:, :2], np.unwrap(path.poses[:, 2]))) for path in paths]
 
     def advance(self, start: float, seconds: float, commands: Sequence[Command]) -> NDArray[np.bool_]:
-        """Put the bodies where they are at the end of that time."""
-        with self._stopwatch.on("physics"):
-            return self._scene.place([self._pose(robot, start + seconds) for robot in range(len(self._poses))])
+        """Set the bodies to their poses at the end of the period."""
+        with self._stopwatch.measure("physics"):
+            return self._scene.set_poses([self._pose(robot, start + seconds) for robot in range(len(self._poses))])
 
     def decide(self, robot: int, scan: LidarScan, world_from_base: SE2) -> Command:
-        """Nothing to decide."""
+        """Return no command: the trajectory decides."""
         return 0.0, 0.0
 
     def _pose(self, robot: int, time: float) -> SE2:
@@ -45,11 +45,16 @@ class Replayed:
 
 
 def check_replay(world: World, settings: MissionSettings, paths: Sequence[Trajectory]) -> None:
-    """Raise ``ValueError`` where there is not one trajectory a robot, or where and when one leaves the free floor."""
+    """Check that there is one trajectory per robot, and that each stays on free floor.
+
+    Raises ``ValueError`` with the time and the position of the first fault.
+    """
     if (settings.policy == "replay") != bool(paths):
-        raise ValueError(f"policy is {settings.policy}, but {len(paths)} trajectories to replay were given")
+        raise ValueError(f"replay holds {len(paths)} trajectories, but the policy is {settings.policy}")
     if paths and len(paths) != len(settings.robots):
-        raise ValueError(f"{len(paths)} trajectories to replay, but {len(settings.robots)} robots")
+        raise ValueError(
+            f"replay holds {len(paths)} trajectories, must hold one for each of {len(settings.robots)} robots"
+        )
     for index, path in enumerate(paths):
         poses = np.column_stack((path.stamps, path.poses[:, :2]))
         _require_free(world, index, poses)
@@ -57,7 +62,7 @@ def check_replay(world: World, settings: MissionSettings, paths: Sequence[Trajec
 
 
 def _with_places_between(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows of time [s], x, y [m], (N, 3), with as many between them as the straight ways there take."""
+    """Interpolate rows of time [s], x, y [m] (N, 3) at most 0.1 m apart."""
     pieces = np.maximum(1, np.ceil(np.hypot(*np.diff(poses[:, 1:], axis=0).T) / STEP)).astype(np.int64)
     at = np.concatenate([*(k + np.arange(count) / count for k, count in enumerate(pieces)), [len(pieces)]])
     return np.stack([np.interp(at, np.arange(len(poses)), column) for column in poses.T], axis=-1)

@@ -1,4 +1,4 @@
-"""What one robot of a team is."""
+"""Describe one robot of a team."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from sim.sensors.lidar import Lidar
 
 @dataclass(frozen=True)
 class RobotSettings:
-    """The ``lidar`` that a robot carries, the ``limits`` of its drive, its ``radius`` [m], and ``start``, the
-    world_from_base that it begins at; without one, a start is chosen.
+    """Describe a robot: its ``lidar``, the ``limits`` of its drive, its ``radius`` [m], and its ``start``,
+    world_from_base. A start of None is chosen by the simulation.
 
-    Raises ``ValueError`` naming the field and its value.
+    Raises ``ValueError`` with the field and its value.
     """
 
     lidar: Lidar = field(default_factory=Lidar)
@@ -28,5 +28,5 @@ class RobotSettings:
             raise ValueError(f"RobotSettings: radius is {self.radius}, must be positive and finite")
 
     def scans(self, duration: float) -> int:
-        """How many scans it takes in that time [s]: the first at 0 s, the last at or just before the end."""
+        """Return the number of scans within ``duration`` [s]: the first at 0 s, the last at or just before the end."""
         return math.floor(duration * self.lidar.rate + 1e-9) + 1

@@ -1,4 +1,4 @@
-"""The loop of a mission: time moves on, robots scan, and each decides what to do next."""
+"""Run the simulation loop: time advances, robots scan, and each decides its next command."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ PHYSICS_STEP: dict[Drive, float] = {"velocity": 0.01, "wheels": 1.0 / 240.0}
 
 
 class Mover(Protocol):
-    """What moves the team between two scans."""
+    """Move the team between two scans."""
 
     def advance(self, start: float, seconds: float, commands: Sequence[Command]) -> NDArray[np.bool_]:
-        """Let that time pass from ``start`` [s] on; which robots touched something, (robots,)."""
+        """Advance by ``seconds`` from ``start`` [s]. Returns a mask (robots,) of the robots that touched something."""
 
     def decide(self, robot: int, scan: LidarScan, world_from_base: SE2) -> Command:
-        """What a robot does from its scan until the next."""
+        """Return a robot's command from its scan until the next."""
 
 
 class Driver(Protocol):
-    """What ``Navigator`` does."""
+    """Drive one robot, as ``Navigator`` does."""
 
     def command(self, scan: LidarScan, world_from_base: SE2) -> Command:
-        """The (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""
+        """Return the (forward speed [m/s], turn rate [rad/s]) to drive until the next scan."""
 
 
 class Driven:
-    """Bodies move by physics as their drivers command."""
+    """Move the bodies by physics, with commands from their drivers."""
 
     def __init__(self, scene: BulletScene, drive: Drive, drivers: Sequence[Driver], stopwatch: Stopwatch) -> None:
         self._scene, self._step = scene, PHYSICS_STEP[drive]
@@ -52,32 +52,32 @@ class Driven:
     def advance(self, start: float, seconds: float, commands: Sequence[Command]) -> NDArray[np.bool_]:
         """Step the physics; see ``Mover``."""
         steps = math.ceil(seconds / self._step - 1e-9)
-        with self._stopwatch.on("physics"):
+        with self._stopwatch.measure("physics"):
             return self._scene.advance(commands, seconds / steps, steps)
 
     def decide(self, robot: int, scan: LidarScan, world_from_base: SE2) -> Command:
-        """Ask the robot's driver."""
+        """Return the command of the robot's driver."""
         return self._drivers[robot].command(scan, world_from_base)
 
 
 class Recorder:
-    """Collects what happens to one robot."""
+    """Record the truth of one robot."""
 
     def __init__(self, lidar: Lidar) -> None:
         self._lidar = lidar
         self._scans: list[LidarScan] = []
         self._poses: list[tuple[float, float, float]] = []
         self._hits_robot: list[NDArray[np.bool_]] = []
-        self.touches = 0
+        self.contacts = 0
 
     def add(self, scan: LidarScan, pose: SE2, hits_robot: NDArray[np.bool_]) -> None:
-        """Note a scan, where it was taken, and which of its beams ended on a robot."""
+        """Add a scan, the robot's pose, and the mask of beams that end on a robot."""
         self._scans.append(scan)
         self._poses.append((pose.x, pose.y, pose.yaw))
         self._hits_robot.append(hits_robot)
 
     def truth(self) -> RobotTruth:
-        """All that was noted."""
+        """Return the recorded truth."""
         stamps = np.array([scan.stamp for scan in self._scans])
         trajectory = Trajectory(stamps, np.array(self._poses))
         return RobotTruth(tuple(self._scans), trajectory, np.array(self._hits_robot), self._lidar.base_from_lidar)
@@ -91,35 +91,35 @@ def run_team(
     stopwatch: Stopwatch,
     on_progress: Callable[[float], None] | None = None,
 ) -> tuple[Recorder, ...]:
-    """What happens to each robot in ``duration`` seconds. Each scans at its lidar's own rate, from 0 s on.
+    """Run all robots for ``duration`` seconds and record them. Each scans at its lidar's own rate, from 0 s on.
 
-    Scans fall due at whole multiples of the periods, in fractions, so that equal rates keep step for ever.
+    Scan times are exact multiples of the periods, as fractions, so equal rates stay synchronous.
     """
     recorders = tuple(Recorder(robot.lidar) for robot in robots)
     periods = [1 / Fraction(robot.lidar.rate) for robot in robots]
-    wanted = [robot.scans(duration) for robot in robots]
+    counts = [robot.scans(duration) for robot in robots]
     taken = [0] * len(robots)
     commands: list[Command] = [(0.0, 0.0)] * len(robots)
     touched = np.zeros(len(robots), dtype=np.bool_)
     now = Fraction(0)
     while True:
         for robot, recorder in enumerate(recorders):
-            if taken[robot] < wanted[robot] and taken[robot] * periods[robot] == now:
+            if taken[robot] < counts[robot] and taken[robot] * periods[robot] == now:
                 stamp = taken[robot] / robots[robot].lidar.rate
-                commands[robot] = _look(scene, robot, robots[robot].lidar, stamp, recorder, mover, stopwatch)
-                recorder.touches += int(touched[robot])
+                commands[robot] = _scan_and_decide(scene, robot, robots[robot].lidar, stamp, recorder, mover, stopwatch)
+                recorder.contacts += int(touched[robot])
                 touched[robot] = False
                 taken[robot] += 1
         if on_progress is not None:
             on_progress(float(now))
-        due = [taken[k] * periods[k] for k in range(len(robots)) if taken[k] < wanted[k]]
+        due = [taken[k] * periods[k] for k in range(len(robots)) if taken[k] < counts[k]]
         if not due:
             return recorders
         touched |= mover.advance(float(now), float(min(due) - now), commands)
         now = min(due)
 
 
-def _look(
+def _scan_and_decide(
     scene: BulletScene,
     robot: int,
     lidar: Lidar,
@@ -128,7 +128,7 @@ def _look(
     mover: Mover,
     stopwatch: Stopwatch,
 ) -> Command:
-    with stopwatch.on("rays"):
+    with stopwatch.measure("rays"):
         distances, hits_robot = scene.cast(robot, lidar)
     scan, pose = lidar.scan(stamp, distances), scene.pose(robot)
     recorder.add(scan, pose, hits_robot & scan.returned)

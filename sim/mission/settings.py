@@ -1,4 +1,4 @@
-"""What a mission is to be."""
+"""Set up a mission: team, duration, starts, drive and policy."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from sim.mission.starts import STARTS, Starts
 from sim.physics.bullet import MAX_ROBOTS
 from sim.physics.drive import DRIVES, Drive
 
-PolicyName = Literal["explore", "tour", "replay"]
-"""explore: drive to where most is unknown; tour: patrol between goals; replay: follow given trajectories."""
+PolicyName = Literal["explore", "patrol", "replay"]
+"""explore: drive to where most is unknown; patrol: drive between goals; replay: follow given trajectories."""
 
 POLICIES: tuple[str, ...] = get_args(PolicyName)
 
 
 LONGEST = 86_400.0
-"""The longest mission [s]: a day."""
+"""Longest mission [s]: one day."""
 
 
 @dataclass(frozen=True, init=False)
 class MissionSettings:
-    """``robots``, as many equal ones or each by its settings, drive for ``duration`` seconds.
+    """Set up a team that drives for ``duration`` seconds.
 
-    ``starts`` says where those begin that have no start of their own, ``drive`` what they move on, ``policy`` where
-    they go: on a tour to the ``goals``, x, y [m], in turn, each robot beginning with another one, or to goals of its
-    own drawing where there are none. ``overlap`` is the least and the greatest share that the true footprints of any
-    two robots are to have in common.
+    ``robots`` is a number of equal robots, or one settings record per robot. ``starts`` places the robots without a
+    start of their own. ``drive`` is how they move. ``policy`` chooses their paths. ``goals``, x, y [m], are for the
+    policy ``patrol``: robots visit them in turn, each beginning with another one; without any, each robot draws its
+    own. ``overlap`` is the least and greatest overlap of the true footprints of any two robots.
 
-    Raises ``ValueError`` naming the field and its value.
+    Raises ``ValueError`` with the field and its value.
     """
 
     robots: tuple[RobotSettings, ...]
@@ -73,8 +73,8 @@ class MissionSettings:
         for name, known in (("starts", STARTS), ("drive", DRIVES), ("policy", POLICIES)):
             if getattr(self, name) not in known:
                 raise ValueError(f"MissionSettings: {name} is {getattr(self, name)!r}, must be {', '.join(known)}")
-        if self.goals and self.policy != "tour":
-            raise ValueError(f"MissionSettings: goals are for the policy tour, not for {self.policy}")
+        if self.goals and self.policy != "patrol":
+            raise ValueError(f"MissionSettings: goals are for the policy patrol, but the policy is {self.policy}")
         for goal in self.goals:
             if not all(math.isfinite(number) for number in goal):
                 raise ValueError(f"MissionSettings: goals holds {goal}, must be finite")
@@ -83,4 +83,4 @@ class MissionSettings:
             if not 0.0 <= low < high <= 1.0:
                 raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, must be LO:HI with 0 <= LO < HI <= 1")
             if len(self.robots) < 2:
-                raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, must be of at least two robots")
+                raise ValueError(f"MissionSettings: overlap is {low:g}:{high:g}, needs at least two robots")

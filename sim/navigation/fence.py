@@ -1,4 +1,4 @@
-"""A fence that no lidar sees: robots know where it is and treat it as a wall."""
+"""Treat a fence, which no lidar sees, as a wall."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from worlds.polygon import Polygon, edges
 
 STEP = 0.05
-"""Distance of the points that stand for the fence [m]."""
+"""Distance between the points that represent the fence [m]."""
 LOG_ODDS = 10.0
 
 
 class Fence:
-    """A fence for who plans and steers; an ``outline`` of None fences nothing in."""
+    """Add a fence to maps and to seen points. An ``outline`` of None adds nothing."""
 
     def __init__(self, outline: Polygon | None) -> None:
         pieces = [] if outline is None else [_points(start, end) for start, end in edges(outline)]
         self._points = np.concatenate(pieces) if pieces else np.empty((0, 2))
 
-    def drawn_into(self, grid: OccupancyGrid) -> OccupancyGrid:
-        """The grid with the fence's cells occupied, as far as it reaches."""
+    def add_to_grid(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """Return the grid with the fence's cells occupied, within the grid's bounds."""
         cells = grid.frame.cells_from_metres(self._points)
         cells = cells[grid.frame.contains(cells)]
         if len(cells) == 0:
@@ -33,8 +33,8 @@ class Fence:
         log_odds[tuple(cells.T)] = LOG_ODDS
         return OccupancyGrid(grid.frame, log_odds)
 
-    def beside(self, seen: NDArray[np.float64], world_from_base: SE2) -> NDArray[np.float64]:
-        """The seen points, (N, 2), and after them those of the fence, (M, 2), all in base [m]."""
+    def add_to_points(self, seen: NDArray[np.float64], world_from_base: SE2) -> NDArray[np.float64]:
+        """Append the points of the fence (M, 2) to the ``seen`` points (N, 2), all in base [m]."""
         if len(self._points) == 0:
             return seen
         return np.concatenate((seen, world_from_base.inverse().apply(self._points)))

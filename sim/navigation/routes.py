@@ -1,4 +1,4 @@
-"""Ways through what a robot has mapped so far."""
+"""Plan paths on the robot's own map."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ COMFORT = 0.5
 """Cells nearer than this to a wall [m] cost more, so that paths keep to the middle of doors and corridors."""
 NEAR_WALL_COST = 4.0
 ESCAPE = 0.35
-"""Free cells this near to the robot [m] are passable even beside a wall, or a tight spot would have no way out."""
+"""Free cells this near to the robot [m] are passable even next to a wall, so that it can leave tight spots."""
 
 
 class Routes:
-    """The cheapest paths from ``start``, (2,) [m] in the map, over the grid's free cells for a robot of ``radius`` [m].
+    """Plan the cheapest paths from ``start`` (2,) [m] over the grid's free cells for a robot of ``radius`` [m].
 
-    Walls are inflated by the radius and a cell; unknown cells are closed. ``costs`` (rows, cols) holds the cost to
-    each cell in metres, more near walls, and +inf where no path leads.
+    Walls are inflated by the radius and one cell; unknown cells are blocked. ``costs`` (rows, cols) holds the path cost
+    to each cell [m], increased near walls, and +inf for unreachable cells.
     """
 
     def __init__(self, grid: OccupancyGrid, start: NDArray[np.float64], radius: float) -> None:
@@ -41,7 +41,7 @@ class Routes:
         self.costs: NDArray[np.float64] = costs * resolution
 
     def path_to(self, cell: NDArray[np.int64]) -> NDArray[np.float64]:
-        """The path from the start to a reachable cell, (2,), as points in the map [m], (N, 2)."""
+        """Return the path from the start to a reachable cell (2,), as points in the map (N, 2) [m]."""
         return self.frame.metres_from_cells(self._search.traceback(tuple(cell.tolist())))
 
 

@@ -1,4 +1,4 @@
-"""Motions rolled out and judged, compiled."""
+"""Simulate candidate motions and choose the best, compiled with numba."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 HORIZON = 1.2
-"""How far ahead a motion is looked at [s]."""
+"""Time over which a motion is simulated [s]."""
 STEPS = 12
 MARGIN = 0.06
-"""Least distance between the hull and anything seen [m]."""
+"""Least clearance between the hull and anything seen [m]."""
 COMFORT = 0.2
-"""Distance of the hull to anything seen [m] below which a motion is thought worse."""
+"""Clearance [m] below which a motion gets a penalty."""
 
 
 @njit(cache=True)
-def rooms_and_ends(
+def roll_out(
     fan: NDArray[np.float64],
     velocity: tuple[float, float],
     acceleration: tuple[float, float],
@@ -26,11 +26,11 @@ def rooms_and_ends(
     near: NDArray[np.float64],
     drifts: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What comes of each motion of a fan, (M, 2) forward speed [m/s] and turn rate [rad/s], begun at ``velocity``.
+    """Simulate each motion of ``fan`` (M, 2), forward speed [m/s] and turn rate [rad/s], from the present ``velocity``.
 
-    Returns, (M, 3), the least room between the hull and the points ``near``, (N, 2) in base [m], which move on at
-    ``drifts``, (N, 2) [m/s]; the room at the end; the least room if they all stood still; and, (M, 3), the pose in
-    base where the motion ends. Speeds change at most by the ``acceleration``.
+    Points ``near`` (N, 2) in base [m] move at ``drifts`` (N, 2) [m/s]. Speeds change at most by ``acceleration``.
+    Returns clearances (M, 3) [m] (the least, the last, and the least if all points stood still), and end poses (M, 3)
+    in base.
     """
     rooms, ends = np.empty((fan.shape[0], 3)), np.empty((fan.shape[0], 3))
     dt = HORIZON / STEPS
@@ -65,9 +65,12 @@ def best_motion(
     ends: NDArray[np.float64],
     target: NDArray[np.float64],
 ) -> int:
-    """Which motion of the fan ends best for a target, (2,) in base [m]: of those that keep the margin, the one that
-    ends near it, looks at it and keeps room; if none keeps the margin, the one that keeps or wins the most room, of
-    those that at least keep the margin to where all stands now, if there are such."""
+    """Return the index of the motion that ends best for a ``target`` (2,) in base [m].
+
+    Of the motions that keep the margin, the best ends near the target, faces it and keeps clearance. If none keeps the
+    margin, the one that keeps or gains the most clearance is chosen, if possible among those that keep the margin to
+    the present positions of all points.
+    """
     best, least_cost = -1, math.inf
     for m in range(fan.shape[0]):
         if rooms[m, 0] < MARGIN:
@@ -95,8 +98,9 @@ def best_motion(
 
 
 @njit(cache=True)
-def straight_gaps(path: NDArray[np.float64], near: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How near points, (N, 2), come to the straight way to each point of a path, (M, 2): (M,), all in base [m]."""
+def line_clearances(path: NDArray[np.float64], near: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance (M,) between ``near`` points (N, 2) and the straight line to each point of a path (M, 2), in
+    base [m]."""
     gaps = np.empty(path.shape[0])
     for p in range(path.shape[0]):
         length = max(math.hypot(path[p, 0], path[p, 1]), 1e-9)

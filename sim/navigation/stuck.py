@@ -1,4 +1,4 @@
-"""Whether a robot that should get on does."""
+"""Detect robots that do not move although they should."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 STUCK_TIME, STUCK_DISTANCE, STUCK_TURN = 3.0, 0.15, 0.5
-"""A robot that got no farther than this [m] and turned no more than this [rad] in this time [s] is stuck."""
+"""A robot is stuck if it moved less than this distance [m] and turned less than this angle [rad] in this time [s]."""
 
 
-class StuckWatch:
-    """Remembers where a robot has been lately."""
+class StuckDetector:
+    """Compare the robot's recent poses."""
 
     def __init__(self) -> None:
         self._past: deque[tuple[float, NDArray[np.float64], float]] = deque()
 
-    def forget(self) -> None:
-        """The robot has no wish to move now: begin anew."""
+    def reset(self) -> None:
+        """Forget the recent poses, because the robot does not try to move now."""
         self._past.clear()
 
-    def notes(self, now: float, here: NDArray[np.float64], yaw: float) -> bool:
-        """Whether a robot that is ``here``, (2,), and looks along ``yaw`` has been stuck up to ``now`` [s]; if so,
-        begin anew."""
+    def update(self, now: float, here: NDArray[np.float64], yaw: float) -> bool:
+        """Add the pose at ``now`` [s]: position ``here`` (2,) and ``yaw`` [rad]. Returns whether the robot is stuck; if
+        so, resets."""
         self._past.append((now, here, yaw))
         if now - self._past[0][0] < STUCK_TIME:
             return False
@@ -35,5 +35,5 @@ class StuckWatch:
             for _, place, turned in self._past
         )
         if stuck:
-            self.forget()
+            self.reset()
         return stuck

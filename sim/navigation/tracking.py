@@ -1,4 +1,4 @@
-"""How the nearest thing that moves is moving."""
+"""Estimate the velocity of the nearest moving object."""
 
 from __future__ import annotations
 
@@ -8,31 +8,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 SIZE = 0.6
-"""Points this near to the nearest one [m] are taken for the same robot."""
+"""Points this near to the nearest one [m] count as the same robot."""
 FASTEST = 2.0
-"""A thing that seems to move faster [m/s] is another one."""
+"""An apparent motion faster than this [m/s] means that the nearest object has changed."""
 GOING = 0.1
-"""A thing that moves at least this fast [m/s] is going somewhere."""
+"""Least speed of an object that is passing [m/s]."""
 TRUST = 0.5
-"""Weight of the newest estimate."""
+"""Weight of the newest velocity estimate."""
 
 
 class Tracker:
-    """Follows the nearest of the things that move from scan to scan."""
+    """Track the nearest moving object from scan to scan."""
 
     def __init__(self) -> None:
         self._stamp, self._middle = -math.inf, np.zeros(2)
         self._velocity = np.zeros(2)
 
     def passes(self, here: NDArray[np.float64]) -> bool:
-        """Whether the nearest thing moves, and not just nearer to a robot ``here``, (2,)."""
+        """Return whether the nearest object moves, and not just towards the robot at ``here`` (2,)."""
         speed = float(np.hypot(*self._velocity))
         towards = (here - self._middle) / max(float(np.hypot(*(here - self._middle))), 1e-6)
         return speed > GOING and float(self._velocity @ towards) < 0.7 * speed
 
     def drifts(self, now: float, points: NDArray[np.float64], here: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The velocity of each seen point that moves, (N, 2) each, [m] and [m/s] in the map, at time ``now`` [s] for a
-        robot ``here``, (2,): that of the nearest thing, and 0 for all others."""
+        """Estimate the velocity (N, 2) [m/s] of moving ``points`` (N, 2) [m] in the map, at time ``now`` [s], for a
+        robot at ``here`` (2,).
+
+        Points of the nearest object get its velocity, all others 0.
+        """
         drifts = np.zeros_like(points)
         if len(points) == 0:
             self._stamp, self._velocity = -math.inf, np.zeros(2)

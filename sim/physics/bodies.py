@@ -1,4 +1,4 @@
-"""Robots as bodies in the physics: each is told a command, moves with the steps, and knows where it is.
+"""Build robots as physics bodies, command them, and read their poses.
 
 ``bullet`` is the module that :mod:`sim.physics.bullet` imports, ``client`` its physics client.
 """
@@ -16,22 +16,22 @@ RAY_HEIGHT = 0.5
 BODY_HEIGHT = 0.6
 MASS = 10.0
 WHEEL_TRACK, WHEEL_RADIUS, CASTER_RADIUS = 1.3, 0.35, 0.15
-"""Distance between the wheels, and the radius of the wheels and of the casters, in radii of the robot."""
+"""Distance between the wheels, wheel radius and caster radius, each as a multiple of the robot's radius."""
 WHEEL_FRICTION = 0.9
 MOTOR_FORCE = 40.0
-"""What each wheel's motor can push with [N] for each m/s^2 that the limits allow, or for one: enough to follow them
-against the casters and the turning of the other wheel, little enough that a robot cannot push walls."""
+"""Greatest force of a wheel motor [N] per m/s^2 of the acceleration limit, or per 1 m/s^2 if the limit is lower. It is
+enough to follow the limits against friction, and too little to push walls."""
 
 Command = tuple[float, float]
 """Forward speed [m/s] and turn rate [rad/s]."""
 
 
 class VelocityBody:
-    """An upright cylinder whose planar velocity is set before each step; walls and other bodies stop it."""
+    """Move an upright cylinder whose planar velocity is set before each step; walls and other bodies stop it."""
 
     def __init__(self, bullet: Any, client: int, robot: RobotSettings, start: SE2) -> None:
         self._bullet, self._client, self._limits = bullet, client, robot.limits
-        self._wanted: Command = (0.0, 0.0)
+        self._target: Command = (0.0, 0.0)
         self._velocity: Command = (0.0, 0.0)
         self.number = self._build(robot, start)
 
@@ -60,13 +60,13 @@ class VelocityBody:
         return int(number)
 
     def drive(self, command: Command) -> None:
-        """What to do until told otherwise."""
-        self._wanted = command
+        """Set the command to follow from now on."""
+        self._target = command
 
     def before_step(self, seconds: float) -> None:
-        """Act on the physics for the step of that many seconds to come."""
-        if self._velocity != self._wanted:
-            self._velocity = self._limits.ramped(self._velocity, self._wanted, seconds)
+        """Apply the command to the physics for the coming step of ``seconds``."""
+        if self._velocity != self._target:
+            self._velocity = self._limits.ramp(self._velocity, self._target, seconds)
         speed, turn_rate = self._velocity
         _, (_, _, z, w) = self._bullet.getBasePositionAndOrientation(self.number, physicsClientId=self._client)
         yaw = 2.0 * math.atan2(z, w)
@@ -77,27 +77,30 @@ class VelocityBody:
             physicsClientId=self._client,
         )
 
-    def place(self, pose: SE2) -> None:
-        """Stand at world_from_base, whatever is there."""
+    def set_pose(self, pose: SE2) -> None:
+        """Move the body to world_from_base, even into contact with other bodies."""
         position = (pose.x, pose.y, RAY_HEIGHT)
         self._bullet.resetBasePositionAndOrientation(
             self.number, position, quaternion(pose.yaw), physicsClientId=self._client
         )
 
     def pose(self) -> SE2:
-        """world_from_base now."""
+        """Return world_from_base."""
         (x, y, _), (_, _, z, w) = self._bullet.getBasePositionAndOrientation(self.number, physicsClientId=self._client)
         return SE2(x, y, 2.0 * math.atan2(z, w))
 
-    def touches(self) -> bool:
-        """Whether the hull touches a wall or another robot now."""
+    def in_contact(self) -> bool:
+        """Return whether the hull touches a wall or another robot."""
         contacts = self._bullet.getContactPoints(bodyA=self.number, linkIndexA=-1, physicsClientId=self._client)
         return any(contact[8] <= 0.0 for contact in contacts)
 
 
 class WheeledBody(VelocityBody):
-    """A cylindrical hull on two driven wheels and two casters without friction: what moves it is the grip of the
-    wheels, so that they slip when they speed up, turn and push. Its base lies on the axle."""
+    """Move a cylindrical hull on two driven wheels and two frictionless casters.
+
+    The grip of the wheels moves the robot, so it slips when it accelerates, turns or pushes. The base frame lies on the
+    axle.
+    """
 
     def _build(self, robot: RobotSettings, start: SE2) -> int:
         self._wheel, self._half_track = WHEEL_RADIUS * robot.radius, WHEEL_TRACK * robot.radius / 2.0
@@ -150,9 +153,9 @@ class WheeledBody(VelocityBody):
         return int(made)
 
     def before_step(self, seconds: float) -> None:
-        if self._velocity == self._wanted:
+        if self._velocity == self._target:
             return
-        self._velocity = self._limits.ramped(self._velocity, self._wanted, seconds)
+        self._velocity = self._limits.ramp(self._velocity, self._target, seconds)
         speed, turn = self._velocity[0], self._velocity[1] * self._half_track
         torque = MOTOR_FORCE * max(1.0, self._limits.acceleration) * self._wheel
         self._bullet.setJointMotorControlArray(
@@ -172,9 +175,9 @@ class WheeledBody(VelocityBody):
 
 
 BODIES: dict[Drive, type[VelocityBody]] = {"velocity": VelocityBody, "wheels": WheeledBody}
-"""The body of each drive."""
+"""Body class of each drive."""
 
 
 def quaternion(yaw: float) -> tuple[float, float, float, float]:
-    """A turn about z by ``yaw`` [rad] as x, y, z, w."""
+    """Convert ``yaw`` [rad] to a quaternion (x, y, z, w)."""
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)

@@ -1,4 +1,4 @@
-"""The physics: the only file that knows PyBullet, and it imports it on use only."""
+"""Simulate walls, robots and lidar beams in PyBullet. No other file imports PyBullet, and this one only on use."""
 
 from __future__ import annotations
 
@@ -21,28 +21,29 @@ from sim.sensors.lidar import Lidar
 from worlds.world import World
 
 MAX_RAYS = 4095
-"""Rays in one call: past its limit (4096 on macOS, 16384 elsewhere) PyBullet drops rays without an error."""
+"""Most rays in one call. Above its limit (4096 on macOS, 16384 elsewhere) PyBullet drops rays without an error."""
 MAX_ROBOTS = 29
-"""Each robot needs a bit of its own in a signed 32-bit mask, beside the walls'."""
+"""Most robots in one scene: each needs its own bit in a signed 32-bit mask, besides the bit of the walls."""
 
 SHORT_REACH = 4.0
-"""A ray costs by its length, hit or not: beams are cast this far [m] first, and again only where they met nothing."""
+"""Length [m] of the first, cheap cast. The cost of a ray grows with its length, so only beams that hit nothing within
+this length are cast again at full range."""
 
 WALL_HEIGHT = 1.0
 _WALL_GROUP, _GROUND_GROUP = 1, 1 << 30
 GRAVITY = -9.81
 SOLVER_ITERATIONS = 20
-"""Enough for robots on wheels; Bullet's own 50 take twice the time and change nothing that can be seen."""
+"""Solver iterations for robots on wheels. Bullet's default of 50 takes twice the time without a visible difference."""
 
 
 class BulletScene:
-    """Walls of a world as one mesh, and robots as bodies of a drive.
+    """Hold the walls of a world as one mesh, and robots as bodies of one drive.
 
-    ``starts`` are the robots' world_from_base, ``robots`` what they are; one for all where it is one. Use it as a
-    context manager: each scene has a physics client of its own, so that equal calls give equal results. Time moves
-    in ``advance`` only.
+    ``starts`` are the robots' world_from_base. ``robots`` are their settings: one per robot, or one for all. Use the
+    scene as a context manager. Each scene has its own physics client, so equal calls give equal results. Time passes in
+    ``advance`` only.
 
-    Raises ``ValueError`` where there are more than 29 robots, ``ImportError`` where PyBullet is not installed.
+    Raises ``ValueError`` if there are more than 29 robots, ``ImportError`` if PyBullet is not installed.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class BulletScene:
         self._bullet.disconnect(physicsClientId=self._client)
 
     def _add_walls(self) -> None:
-        """One concave triangle mesh: 440 thousand rays/s, where as many box bodies give 156 thousand."""
+        """Add all walls as one concave triangle mesh: 440,000 rays/s, against 156,000 with one box per wall."""
         sides = self._world.segments()
         if len(sides) == 0:
             return
@@ -111,13 +112,13 @@ class BulletScene:
         return body
 
     def pose(self, robot: int) -> SE2:
-        """world_from_base of that robot now."""
+        """Return world_from_base of one robot."""
         return self._bodies[robot].pose()
 
     def advance(self, commands: Sequence[Command], step: float, steps: int) -> NDArray[np.bool_]:
         """Drive each robot at its (forward speed [m/s], turn rate [rad/s]) for ``steps`` time steps of ``step`` [s].
 
-        Returns which robots touched a wall or another robot meanwhile, (robots,).
+        Returns a mask (robots,) of the robots that touched a wall or another robot meanwhile.
         """
         self._bullet.setTimeStep(step, physicsClientId=self._client)
         touched = np.zeros(len(self._bodies), dtype=np.bool_)
@@ -128,20 +129,21 @@ class BulletScene:
                 body.before_step(step)
             self._bullet.stepSimulation(physicsClientId=self._client)
             for robot, body in enumerate(self._bodies):
-                touched[robot] |= body.touches()
+                touched[robot] |= body.in_contact()
         return touched
 
-    def place(self, poses: Sequence[SE2]) -> NDArray[np.bool_]:
-        """Put each robot at its world_from_base. Returns which of them touch something there, (robots,)."""
+    def set_poses(self, poses: Sequence[SE2]) -> NDArray[np.bool_]:
+        """Move each robot to its world_from_base. Returns a mask (robots,) of the robots in contact there."""
         for body, pose in zip(self._bodies, poses, strict=True):
-            body.place(pose)
+            body.set_pose(pose)
         self._bullet.performCollisionDetection(physicsClientId=self._client)
-        return np.array([body.touches() for body in self._bodies])
+        return np.array([body.in_contact() for body in self._bodies])
 
     def cast(self, robot: int, lidar: Lidar) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """How far the lidar's beams on that robot reach now [m], +inf for a miss, and which end on a robot: (B,) each.
+        """Cast the lidar's beams from one robot.
 
-        The robot does not see itself, and no beam is followed past the lidar's range.
+        Returns the distances (B,) [m], +inf for a miss, and a mask (B,) of the beams that end on another robot. The
+        robot does not see itself. Beams end at the lidar's maximum range.
         """
         pose = self.pose(robot) @ lidar.base_from_lidar
         ahead, c, s = self._beams(lidar), math.cos(pose.yaw), math.sin(pose.yaw)
@@ -155,7 +157,7 @@ class BulletScene:
         return distances, self._is_robot[bodies]
 
     def _beams(self, lidar: Lidar) -> NDArray[np.float64]:
-        """The directions of its beams in its own frame, (2, B), found once."""
+        """Return the beam directions (2, B) in the lidar's frame, cached per lidar."""
         if lidar not in self._directions:
             self._directions[lidar] = np.stack((np.cos(lidar.angles), np.sin(lidar.angles)))
         return self._directions[lidar]
@@ -163,8 +165,10 @@ class BulletScene:
     def rays(
         self, starts: NDArray[np.float64], ends: NDArray[np.float64], ignored: int = 0
     ) -> Sequence[tuple[int, int, float, tuple[float, float, float], tuple[float, float, float]]]:
-        """The bare call: what each ray, (N, 3) to (N, 3) in the world, N at most ``MAX_RAYS``, meets first, as PyBullet
-        says it. ``ignored`` are the mask bits of bodies to look through."""
+        """Cast N rays from ``starts`` to ``ends``, (N, 3) each in the world, N at most ``MAX_RAYS``.
+
+        Returns PyBullet's own hit records. Rays pass through bodies whose mask bits are in ``ignored``.
+        """
         hits: Sequence[tuple[int, int, float, tuple[float, float, float], tuple[float, float, float]]]
         hits = self._bullet.rayTestBatch(
             starts, ends, numThreads=1, collisionFilterMask=~(ignored | _GROUND_GROUP), physicsClientId=self._client
@@ -174,7 +178,8 @@ class BulletScene:
     def _hits(
         self, start: NDArray[np.float64], ways: NDArray[np.float64], reach: float, ignored: int
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The body (-1: none) and distance [m] (+inf: none) that each ray, (N, 3), meets first: (N,) each."""
+        """Return the first body (-1: none) and the distance [m] (+inf: none) along each ray direction (N, 3), (N,)
+        each."""
         starts = np.empty_like(ways)
         starts[:] = start
         ends = start + reach * ways
@@ -199,7 +204,7 @@ def _pybullet() -> Any:
 
 @contextmanager
 def _quiet_stderr() -> Iterator[None]:
-    """PyBullet greets from C on import, past ``sys.stderr``."""
+    """Silence file descriptor 2, because PyBullet prints from C on import."""
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 2)

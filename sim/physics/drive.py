@@ -1,4 +1,4 @@
-"""How a robot drives, and how fast it may."""
+"""Define the drives of a robot and its limits of speed and acceleration."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 Drive = Literal["velocity", "wheels"]
-"""velocity: a body whose planar velocity is commanded; wheels: a differential drive on two driven wheels that slip."""
+"""velocity: set the planar velocity of the body; wheels: a differential drive whose two wheels can slip."""
 
 DRIVES: tuple[str, ...] = get_args(Drive)
 
 
-LARGEST = 100.0
-"""No robot is faster, in whatever unit."""
+LARGEST_LIMIT = 100.0
+"""Upper bound of every limit, in its own unit."""
 
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """Greatest forward ``speed`` [m/s], ``turn_rate`` [rad/s], ``acceleration`` [m/s^2] and ``turn_acceleration``
-    [rad/s^2]; backwards a robot goes at a quarter of the speed.
+    """Limit forward ``speed`` [m/s], ``turn_rate`` [rad/s], ``acceleration`` [m/s^2] and ``turn_acceleration``
+    [rad/s^2]. Backwards, a robot drives at most at a quarter of ``speed``.
 
-    Raises ``ValueError`` naming the field and its value.
+    Raises ``ValueError`` with the field and its value.
     """
 
     speed: float = 0.6
@@ -31,13 +31,13 @@ class DriveLimits:
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if not 0.0 < value <= LARGEST:
-                raise ValueError(f"DriveLimits: {each.name} is {value}, must be positive and at most {LARGEST:g}")
+            if not 0.0 < value <= LARGEST_LIMIT:
+                raise ValueError(f"DriveLimits: {each.name} is {value}, must be positive and at most {LARGEST_LIMIT:g}")
 
-    def ramped(self, now: tuple[float, float], wanted: tuple[float, float], seconds: float) -> tuple[float, float]:
-        """The (forward speed, turn rate) that a robot of those ``now`` reaches towards those wanted in that time."""
+    def ramp(self, now: tuple[float, float], target: tuple[float, float], seconds: float) -> tuple[float, float]:
+        """Return the (forward speed, turn rate) reached from ``now`` towards ``target`` after ``seconds``."""
         speed, turn_rate = self.acceleration * seconds, self.turn_acceleration * seconds
         return (
-            now[0] + max(-speed, min(speed, wanted[0] - now[0])),
-            now[1] + max(-turn_rate, min(turn_rate, wanted[1] - now[1])),
+            now[0] + max(-speed, min(speed, target[0] - now[0])),
+            now[1] + max(-turn_rate, min(turn_rate, target[1] - now[1])),
         )

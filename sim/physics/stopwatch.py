@@ -1,4 +1,4 @@
-"""Where the seconds of a simulation go."""
+"""Measure the wall time of a simulation's parts."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from contextlib import contextmanager
 
 
 class Stopwatch:
-    """Adds up seconds of wall time by name."""
+    """Add up wall time [s] by name."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
 
     @contextmanager
-    def on(self, name: str) -> Iterator[None]:
-        """Count the time spent inside under that name."""
+    def measure(self, name: str) -> Iterator[None]:
+        """Add the time spent inside the context to ``name``."""
         start = time.perf_counter()
         try:
             yield

@@ -1,4 +1,4 @@
-"""Who drives the robots of a mission."""
+"""Build the navigator and the policy of each robot."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from worlds.world import World
 def make_navigators(
     world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int, stopwatch: Stopwatch
 ) -> list[Navigator]:
-    """A pilot for each robot, with the policy of the mission. Raises ``ValueError`` naming a goal out of reach."""
-    tours = settings.policy == "tour"
-    policies = make_patrols(world, settings, starts, seed) if tours else _explorations(settings, starts)
+    """Build one navigator per robot, with the mission's policy. Raises ``ValueError`` with a goal out of reach."""
+    if settings.policy == "patrol":
+        policies: Sequence[Policy] = make_patrols(world, settings, starts, seed)
+    else:
+        policies = _explorations(settings, starts)
     return [
         Navigator(robot, rank, policy, stopwatch, world.fence)
         for rank, (robot, policy) in enumerate(zip(settings.robots, policies, strict=True))
@@ -29,14 +31,14 @@ def make_navigators(
 
 
 def _explorations(settings: MissionSettings, starts: Sequence[SE2]) -> list[Policy]:
-    """Robots that begin close together are each sent off to a side of their own."""
+    """Build one exploration per robot. Robots that start close together each get a direction to explore first."""
     count = len(settings.robots)
     sides = [starts[0].yaw + math.tau * rank / count if settings.starts == "close" else None for rank in range(count)]
     return [FrontierExploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
 
 
 def make_patrols(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Patrol]:
-    """A tour for each robot. Raises ``ValueError`` naming a goal out of reach."""
+    """Build one patrol per robot. Raises ``ValueError`` with a goal out of reach."""
     plan = floor_plan(world)
     check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots))
     return [

@@ -1,4 +1,4 @@
-"""A robot that explores alone, on a map of its own."""
+"""Explore alone, on a map of the robot's own."""
 
 from __future__ import annotations
 
@@ -13,32 +13,33 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
 from sim.navigation.routes import Routes
 from sim.policies.frontiers import Viewpoints, viewpoints
-from sim.policies.policy import NOWHERE
+from sim.policies.policy import NO_PATH
 from sim.sensors.lidar import Lidar
 
 CELL = 0.1
-"""Resolution of the map that a robot plans on [m]."""
-MAPPED = 0.2
-"""Least time between two scans that go into that map [s]; steering looks at every scan."""
-SEEN_FROM = 0.4
-"""Nearer than this to where the robot has been [m], there is nothing new to see: gaps in mapped walls only look so."""
+"""Cell size of the robot's map [m]."""
+MAP_PERIOD = 0.2
+"""Least time between two scans that are mapped [s]; steering uses every scan."""
+VISITED_RADIUS = 0.4
+"""Viewpoints nearer than this to the robot's past path [m] are ignored: what looks unknown there are gaps in mapped
+walls."""
 PERSISTENCE = 1.5
-"""How much more the present goal counts than another, so that a robot does not waver."""
+"""Factor on the utility of the present goal, so that the robot does not switch back and forth."""
 SAME_GOAL = 0.7
-"""Viewpoints this near to one another [m] count as one."""
-OWN_SIDE = 0.6
-"""How much more a viewpoint counts that lies where the robot was sent, and less where it lies opposite."""
+"""Viewpoints nearer than this to one another [m] count as one."""
+HEADING_WEIGHT = 0.6
+"""Weight of the direction that the robot explores first."""
 MIN_GAIN = 0.4
-"""Unknown floor [m^2] that is worth no trip."""
+"""Least unknown area [m^2] that is worth a trip."""
 PATIENCE = 15.0
-"""A robot that has found nothing to see for this long [s] has finished."""
+"""Time without a viewpoint [s] after which the robot has finished."""
 
 
 class FrontierExploration:
-    """Drives to where it expects the most unknown floor for the way; ``finished`` when nothing reachable is left.
+    """Drive to the viewpoint with the most visible unknown floor per path length.
 
-    ``heading`` [rad] in the world is the side that the robot was told to see first; a team that starts together
-    spreads so without a word.
+    ``heading`` [rad] in the world is the direction to explore first, so that robots that start together spread without
+    communication. ``finished`` is True when no reachable viewpoint is left.
     """
 
     def __init__(self, lidar: Lidar, heading: float | None = None) -> None:
@@ -46,37 +47,37 @@ class FrontierExploration:
         self._mapper = LogOddsMapper(CELL, clear_range=lidar.range_max)  # a clean beam without echo saw free floor
         self._mapped_at = -math.inf
         self._worth_at = 0.0
-        self._been: list[NDArray[np.float64]] = []
+        self._visited: list[NDArray[np.float64]] = []
         self._goal: NDArray[np.float64] | None = None
         self.finished = False
 
-    def look(self, scan: LidarScan, world_from_base: SE2) -> None:
-        """Map the scan, if the last one is some time ago."""
+    def observe(self, scan: LidarScan, world_from_base: SE2) -> None:
+        """Map the scan if the last mapped one is old enough."""
         here = np.array((world_from_base.x, world_from_base.y))
-        if not self._been or math.dist(here, self._been[-1]) > SEEN_FROM / 4.0:
-            self._been.append(here)
-        if scan.stamp - self._mapped_at > MAPPED - 1e-6:
+        if not self._visited or math.dist(here, self._visited[-1]) > VISITED_RADIUS / 4.0:
+            self._visited.append(here)
+        if scan.stamp - self._mapped_at > MAP_PERIOD - 1e-6:
             self._mapped_at = scan.stamp
             self._mapper.integrate(scan, world_from_base @ self._lidar.base_from_lidar)
 
-    def known(self) -> OccupancyGrid:
-        """The map so far."""
+    def known_map(self) -> OccupancyGrid:
+        """Return the map so far."""
         return self._mapper.grid()
 
-    def choose(
+    def choose_path(
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """The path to the viewpoint of greatest gain over way; without any, the robot waits or has finished."""
+        """Return the path to the viewpoint of greatest utility, (0, 2) if there is none."""
         views = viewpoints(grid, routes)
         places = grid.frame.metres_from_cells(views.cells)
-        worth = (views.gain >= MIN_GAIN) & _are_away(places, self._been, SEEN_FROM)
+        worth = (views.gain >= MIN_GAIN) & _are_away(places, self._visited, VISITED_RADIUS)
         allowed = worth & _are_away(places, banned, SAME_GOAL)
         if worth.any():
             self._worth_at = now
         self.finished = now - self._worth_at > PATIENCE
         if not allowed.any():
             self._goal = None
-            return NOWHERE
+            return NO_PATH
         best = int(np.argmax(np.where(allowed, self._utility(views, places), -math.inf)))
         self._goal = places[best]
         return routes.path_to(views.cells[best])
@@ -86,12 +87,12 @@ class FrontierExploration:
         if self._goal is not None:
             utility = np.where(_are_away(places, [self._goal], SAME_GOAL), utility, PERSISTENCE * utility)
         if self._heading is not None:
-            off = places - self._been[0]
-            utility = utility * (1.0 + OWN_SIDE * np.cos(np.arctan2(off[:, 1], off[:, 0]) - self._heading))
+            off = places - self._visited[0]
+            utility = utility * (1.0 + HEADING_WEIGHT * np.cos(np.arctan2(off[:, 1], off[:, 0]) - self._heading))
         return utility
 
 
 def _are_away(places: NDArray[np.float64], others: list[NDArray[np.float64]], distance: float) -> NDArray[np.bool_]:
-    """Which of the places, (N, 2), lie at least that far [m] from all others, (2,) each: (N,)."""
+    """Return which of the places (N, 2) lie at least ``distance`` [m] from all ``others``, (2,) each: (N,)."""
     gaps = places[:, None] - np.array(others).reshape(-1, 2)
     return np.asarray((np.hypot(gaps[..., 0], gaps[..., 1]) >= distance).all(axis=1))

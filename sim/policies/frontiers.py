@@ -1,4 +1,4 @@
-"""Where the known floor ends, and what could be seen from there."""
+"""Find frontiers of the known floor, and the unknown area visible from them."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ MIN_CELLS = 3
 """Frontiers of fewer cells are gaps between beams."""
 MAX_FRONTIERS = 40
 VIEW = 4.0
-"""How far unknown floor counts as about to be seen [m]."""
+"""Radius within which unknown floor counts as visible [m]."""
 FROM_FRONTIER = 1.0
-"""Farthest that a viewpoint may lie from its frontier [m]."""
+"""Greatest distance of a viewpoint from its frontier [m]."""
 
 _DIRECTIONS = 48
 
 
 @dataclass(frozen=True, eq=False)
 class Viewpoints:
-    """Places to look from: ``cells`` (N, 2) rows of row, col, the ``gain`` (N,) [m^2] of unknown floor that could be
-    seen there, and the ``cost`` (N,) [m] of the way."""
+    """Hold N viewpoints: ``cells`` (N, 2) rows of row, col, the ``gain`` (N,) [m^2] of visible unknown floor, and the
+    path ``cost`` (N,) [m]."""
 
     cells: NDArray[np.int64]
     gain: NDArray[np.float64]
@@ -34,10 +34,10 @@ class Viewpoints:
 
 
 def viewpoints(grid: OccupancyGrid, routes: Routes) -> Viewpoints:
-    """One viewpoint for each frontier that can be reached: the reachable cell nearest to the frontier's middle.
+    """Find one viewpoint per reachable frontier: the reachable cell nearest to the frontier's centre.
 
-    A frontier is a connected set of free cells that border on unknown ones (Yamauchi, "A frontier-based approach for
-    autonomous exploration", CIRA 1997) and not on walls.
+    A frontier is a connected set of free cells next to unknown ones (Yamauchi, "A frontier-based approach for
+    autonomous exploration", CIRA 1997) and not next to walls.
     """
     middles = _frontier_middles(grid)
     reachable = np.isfinite(routes.costs)
@@ -48,9 +48,9 @@ def viewpoints(grid: OccupancyGrid, routes: Routes) -> Viewpoints:
 
 
 def visible_unknown(grid: OccupancyGrid, cells: NDArray[np.int64]) -> NDArray[np.float64]:
-    """The unknown area [m^2] within 4 m in sight from each cell, (N, 2), as far as known walls tell: (N,).
+    """Compute the unknown area [m^2] visible within 4 m of each cell (N, 2), with known walls as occluders: (N,).
 
-    What lies past the grid's border is unknown.
+    Cells outside the grid count as unknown.
     """
     step = grid.frame.resolution
     angles = math.tau * np.arange(_DIRECTIONS) / _DIRECTIONS
@@ -67,7 +67,7 @@ def visible_unknown(grid: OccupancyGrid, cells: NDArray[np.int64]) -> NDArray[np
 
 
 def _frontier_middles(grid: OccupancyGrid) -> NDArray[np.int64]:
-    """The cell nearest to the centroid of each frontier, the largest first, (N, 2)."""
+    """Return the cell nearest to the centroid of each frontier (N, 2), the largest frontier first."""
     eight = np.ones((3, 3), dtype=np.bool_)
     border = grid.free & ndimage.binary_dilation(~grid.known) & ~ndimage.binary_dilation(grid.occupied, eight)
     labels, count = ndimage.label(border, structure=eight)

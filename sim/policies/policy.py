@@ -1,4 +1,4 @@
-"""What a robot wants, apart from how it drives there."""
+"""Define the interface of a policy: it chooses the path, the navigator drives it."""
 
 from __future__ import annotations
 
@@ -12,23 +12,25 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
 from sim.navigation.routes import Routes
 
-NOWHERE: NDArray[np.float64] = np.empty((0, 2))
+NO_PATH: NDArray[np.float64] = np.empty((0, 2))
 
 
 class Policy(Protocol):
-    """Where a robot wants to go: it knows a map and chooses paths on it."""
+    """Keep a map and choose paths on it."""
 
     finished: bool
-    """Whether the robot has nothing left to do."""
+    """True if the robot has nothing left to do."""
 
-    def look(self, scan: LidarScan, world_from_base: SE2) -> None:
-        """Take a scan in."""
+    def observe(self, scan: LidarScan, world_from_base: SE2) -> None:
+        """Process a scan."""
 
-    def known(self) -> OccupancyGrid:
-        """The map that is known by now."""
+    def known_map(self) -> OccupancyGrid:
+        """Return the current map."""
 
-    def choose(
+    def choose_path(
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """A path, (N, 2) [m], along these routes on this grid to the best goal; (0, 2) where there is none. Goals
-        near banned places, (2,), are not to be chosen."""
+        """Return a path (N, 2) [m] along these routes on this grid to the best goal, (0, 2) if there is none.
+
+        Goals near ``banned`` positions, (2,) each, are excluded.
+        """

@@ -1,4 +1,4 @@
-"""What a beam reads that looks a little beside its direction."""
+"""Change the direction of lidar beams slightly."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 from mapping.robot.scan import LidarScan
 
 STEEPEST = 6.0
-"""Two readings an angle apart [rad] lie on one surface if they differ by at most this times angle times the shorter:
-a wall that the beam meets at 80 degrees from its normal."""
+"""Two readings at an angle a [rad] to each other lie on one surface if they differ by at most this factor times a times
+the shorter one: a wall hit at 80 degrees from its normal."""
 
 
-def read_beside(scan: LidarScan, angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """The ranges [m] that the beams of a clean scan read ``angles`` [rad] beside their directions, (B,), and which of
-    them therefore read something else than their own surface, (B,).
+def apply_angular_jitter(scan: LidarScan, angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Read a clean scan with beam k turned by ``angles[k]`` [rad], (B,).
 
-    Between two beams that hit one surface, the beam ends on the straight line through the two hits: exact on a flat
-    wall. Across an edge, or beside a beam without a return, it reads what the nearer beam reads: nothing hangs in
-    the air between two surfaces. A scan of a full turn has no ends; elsewhere a beam looks no farther than the
-    outermost one. An angle of 0 gives the scan's own range, bit for bit.
+    Returns the ranges (B,) [m], and a mask (B,) of the beams that hit another surface than without jitter.
+
+    Between two beams that hit one surface, the turned beam ends on the straight line through both hits, which is exact
+    on a flat wall. Across an edge, or next to a beam without a return, it reads what the nearer beam reads, so that no
+    point appears in mid-air. A full-turn scan wraps around; otherwise beams stay within the outermost ones. An angle of
+    0 gives the original range, bit for bit.
     """
     own = scan.ranges.astype(np.float64)
     beams, step = own.size, abs(scan.angle_increment)

@@ -1,4 +1,4 @@
-"""A 2-D lidar and where it is mounted."""
+"""Describe a 2-D lidar and its mounting pose."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mapping.robot.scan import LidarScan
 
 @dataclass(frozen=True)
 class Lidar:
-    """Beam ``k`` of ``beams`` looks along ``angle_min + k * angle_increment`` [rad] in the lidar's frame.
+    """Describe a lidar whose beam ``k`` of ``beams`` points along ``angle_min + k * angle_increment`` [rad].
 
-    ``range_min`` and ``range_max`` in metres, ``rate`` in sweeps per second (a sweep is instantaneous),
-    ``base_from_lidar`` the mounting pose on the robot. ``model`` names the preset whose noise it has
+    ``range_min`` and ``range_max`` are in metres, ``rate`` is in scans per second (a scan is instantaneous), and
+    ``base_from_lidar`` is the mounting pose on the robot. ``model`` names the preset that gives the noise
     (:mod:`sim.sensors.lidar_presets`).
 
-    Raises ``ValueError`` naming the field and its value.
+    Raises ``ValueError`` with the field and its value.
     """
 
     beams: int = 360
@@ -37,13 +37,13 @@ class Lidar:
             raise ValueError(f"Lidar: beams is {self.beams}, must be at least 1")
         for name in ("angle_min", "angle_increment", "range_min", "range_max", "rate"):
             if not math.isfinite(getattr(self, name)):
-                raise ValueError(f"Lidar: {name} is {getattr(self, name)}, not a finite number")
+                raise ValueError(f"Lidar: {name} is {getattr(self, name)}, must be finite")
         if self.angle_increment == 0.0 or abs(self.angle_increment) * (self.beams - 1) > math.tau + 1e-6:
             raise ValueError(
                 f"Lidar: angle_increment is {self.angle_increment}, {self.beams} beams must lie within a turn"
             )
         if self.range_min < 0.0:
-            raise ValueError(f"Lidar: range_min is {self.range_min}, must not be negative")
+            raise ValueError(f"Lidar: range_min is {self.range_min}, must be at least 0")
         if self.range_max <= self.range_min:
             raise ValueError(f"Lidar: range_max is {self.range_max}, must exceed range_min {self.range_min}")
         if self.rate <= 0.0:
@@ -51,11 +51,11 @@ class Lidar:
 
     @property
     def angles(self) -> NDArray[np.float64]:
-        """The beams' directions in the lidar's frame [rad], (beams,)."""
+        """Return the beam directions in the lidar's frame [rad], (beams,)."""
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
     def scan(self, stamp: float, distances: NDArray[np.float64]) -> LidarScan:
-        """The sweep that reads these distances [m], (beams,): past the limits they become +inf or -inf (REP 117)."""
+        """Build the scan with these distances (beams,) [m]. Beyond the limits they become +inf or -inf (REP 117)."""
         low, high = np.float32(self.range_min), np.float32(self.range_max)
         ranges = distances.astype(np.float32)
         ranges[ranges > high] = np.inf

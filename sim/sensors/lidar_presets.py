@@ -1,4 +1,4 @@
-"""Lidars that people own: what they see, how they err, and who says so."""
+"""List lidar models with their field of view, noise and sources."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from sim.sensors.lidar import Lidar
 from sim.sensors.range_noise import RangeNoise
 
 AHEAD = SE2(0.1, 0.0, 0.0)
-"""Where a lidar that does not see all round is mounted: on the front half of the robot, looking forward."""
+"""Mounting pose of a lidar without a full view: on the front half of the robot, looking forward."""
 
 _BIN = 1.0 / math.sqrt(12.0)
-"""Standard deviation of what is off by up to half a step."""
+"""Standard deviation of a uniform rounding error, in steps."""
 _LIMIT = 1.0 / 3.0
-"""A maker's "+- x" without a stated deviation is read as three deviations, as Gazebo's Hokuyo models do."""
+"""Convert a data sheet's "+- x" without a stated deviation: read as three standard deviations, as in Gazebo's Hokuyo
+models."""
 
 
 @dataclass(frozen=True)
 class LidarPreset:
-    """A ``lidar``, its ``noise`` at level 1, and one ``sources`` line for each group of numbers."""
+    """Hold a ``lidar``, its ``noise`` at level 1, and one line of ``sources`` per group of numbers."""
 
     name: str
     lidar: Lidar
@@ -29,7 +30,7 @@ class LidarPreset:
 
 
 def lidar_preset(name: str) -> LidarPreset:
-    """The preset of that name. Raises ``ValueError`` naming all of them where there is none."""
+    """Return the preset of that name. Raises ``ValueError`` with all known names if there is none."""
     for preset in PRESETS:
         if preset.name == name:
             return preset
@@ -37,7 +38,7 @@ def lidar_preset(name: str) -> LidarPreset:
 
 
 def with_rate(lidar: Lidar, rate: float) -> Lidar:
-    """The lidar with only ``rate`` sweeps a second kept. Raises ``ValueError`` where it has not as many."""
+    """Return the lidar with only ``rate`` scans per second kept. Raises ``ValueError`` if it makes fewer."""
     if not 0.0 < rate <= lidar.rate:
         raise ValueError(f"rate is {rate} Hz, must be positive and at most the {lidar.rate:g} Hz of {lidar.model}")
     return replace(lidar, rate=rate)

@@ -1,4 +1,4 @@
-"""How odometry drifts: noise on each step, and a bias that lasts for the whole run."""
+"""Simulate odometry: noise on each step, and a constant bias of the wheels."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from numpy.typing import NDArray
 from mapping.robot.trajectory import Trajectory
 
 STANDING = 1e-6
-"""A motion shorter than this [m] has no direction."""
+"""Motions shorter than this [m] have no direction."""
 
 
 LARGEST_NOISE = 10.0
-"""No component is larger, in whatever unit: a metre driven would be believed ten, or turned about more than once."""
+"""Upper bound of every component, in its own unit: an error of ten metres per metre."""
 
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """The odometry motion model's four alphas, and how far off a run's wheels are, all as standard deviations.
+    """Hold the alphas of the odometry motion model and the wheel errors of a run, all as standard deviations.
 
-    ``alpha1`` of rotation from rotation, ``alpha2`` of rotation from translation, ``alpha3`` of translation from
-    translation, ``alpha4`` of translation from rotation: they hold for one metre or one radian of motion, and the
-    variance grows in proportion to the motion. (The book makes the deviation of each step proportional to the step:
-    then the drift of one path depends on how finely it is cut, and a faster lidar would mean a better odometry.)
+    ``alpha1``: rotation from rotation; ``alpha2``: rotation from translation; ``alpha3``: translation from translation;
+    ``alpha4``: translation from rotation. They hold for one metre or one radian of motion, and the variance grows in
+    proportion to the motion. (In the book the deviation of each step is proportional to the step. Then the drift of a
+    path depends on the number of steps, and a faster lidar would improve the odometry.)
 
-    ``radius_sigma``: relative error of both wheels' radius, which stretches translation and rotation alike;
-    ``track_sigma``: relative error of the track, which shrinks rotation; ``veer_sigma`` [rad/m]: the turn that is
-    believed of straight driving, which is the relative difference of the two radii over the track. A run draws each
-    once. (Stage, model_position.cc, draws up to 1.5 % of translation and 2.5 % of rotation; calibrated wheels, as of
-    Borenstein and Feng, "UMBmark", 1995, do better by an order of magnitude.)
+    ``radius_sigma``: relative error of the radius of both wheels, which scales translation and rotation.
+    ``track_sigma``: relative error of the track, which scales rotation. ``veer_sigma`` [rad/m]: apparent rotation while
+    driving straight, which is the relative difference of the two radii over the track. Each run draws each error once.
+    (Stage, model_position.cc, draws up to 1.5 % of translation and 2.5 % of rotation. Calibrated wheels are better by
+    an order of magnitude: Borenstein and Feng, "UMBmark", 1995.)
 
-    The defaults give 3 to 6 degrees of yaw and 1 to 2 % of the distance as RMS error at the end of 120 s of
-    exploring an office. Raises ``ValueError`` naming the field and its value.
+    The defaults give an RMS error of 3 to 6 degrees of yaw and 1 to 2 % of the distance after 120 s of exploring an
+    office. Raises ``ValueError`` with the field and its value.
     """
 
     alpha1: float = 0.005
@@ -52,13 +52,14 @@ class OdometryNoise:
                 raise ValueError(f"OdometryNoise: {each.name} is {value}, must lie between 0 and {LARGEST_NOISE:g}")
 
     def scaled(self, level: float) -> OdometryNoise:
-        """All standard deviations times ``level``."""
+        """Multiply all standard deviations by ``level``."""
         return OdometryNoise(*(level * getattr(self, each.name) for each in fields(self)))
 
 
 @dataclass(frozen=True)
 class WheelBias:
-    """What one run believes wrongly: relative errors of translation and of rotation, and a turn per metre [rad/m]."""
+    """Hold the constant errors of one run: relative errors of translation and rotation, and a turn per
+    metre [rad/m]."""
 
     translation: float
     rotation: float
@@ -66,18 +67,18 @@ class WheelBias:
 
 
 def draw_bias(noise: OdometryNoise, rng: np.random.Generator) -> WheelBias:
-    """One run's wheels: three uniform draws, as Stage has them, so that none is off by more than 1.73 deviations."""
+    """Draw the wheel errors of one run from uniform distributions, as Stage does: none exceeds 1.73 deviations."""
     radius, track, veer = math.sqrt(3.0) * rng.uniform(-1.0, 1.0, 3)
     off = noise.radius_sigma * radius
     return WheelBias(off, off - noise.track_sigma * track, noise.veer_sigma * veer)
 
 
-def drifted(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: np.random.Generator) -> Trajectory:
-    """odom_from_base: the true path from its start, each step turned, stretched and turned again by its errors.
+def simulate_odometry(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: np.random.Generator) -> Trajectory:
+    """Return odom_from_base: the true path from its start, with an error added to each step.
 
     Thrun, Burgard and Fox, Probabilistic Robotics (2005), table 5.6: a step is a rotation, a translation and a
-    rotation; backward motion counts as a translation backwards. With all alphas and the bias 0 it is the true path
-    exactly, as only the error is summed up. ``rng`` gives three draws a step whatever the alphas.
+    rotation. Backward motion counts as a negative translation. Only the errors are summed up, so without noise and bias
+    the result equals the true path exactly. ``rng`` draws three numbers per step whatever the alphas.
     """
     path = true.from_start()
     steps = np.diff(path.poses[:, :2], axis=0)
@@ -91,9 +92,9 @@ def drifted(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: np.ran
     stretch += bias.translation * way
     error2 += bias.rotation * turn2 + bias.veer * length / 2.0
     yaw_error = np.concatenate(([0.0], np.cumsum(error1 + error2)))
-    believed = _turned(steps + stretch[:, None] * _directions(path, steps, way), yaw_error[:-1] + error1)
+    noisy_steps = _turned(steps + stretch[:, None] * _directions(path, steps, way), yaw_error[:-1] + error1)
     poses = path.poses.copy()
-    poses[1:, :2] += np.cumsum(believed - steps, axis=0)
+    poses[1:, :2] += np.cumsum(noisy_steps - steps, axis=0)
     poses[:, 2] += yaw_error
     return Trajectory(path.stamps, poses)
 
@@ -101,7 +102,8 @@ def drifted(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: np.ran
 def _decomposed(
     path: Trajectory, steps: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """How each step turns at first [rad], goes [m], backwards if negative, and turns at last [rad]: (N - 1,) each."""
+    """Split each step into first rotation [rad], translation [m] (negative: backwards) and last rotation [rad], (N -
+    1,) each."""
     length = np.hypot(steps[:, 0], steps[:, 1])
     yaw = path.poses[:, 2]
     turn = _wrapped(np.diff(yaw))
@@ -113,7 +115,7 @@ def _decomposed(
 
 
 def _directions(path: Trajectory, steps: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where each step goes, as a unit vector; ahead, where it goes nowhere: (N - 1, 2)."""
+    """Return the unit direction of each step (N - 1, 2), the heading where the step has no length."""
     ahead = np.stack((np.cos(path.poses[:-1, 2]), np.sin(path.poses[:-1, 2])), axis=-1)
     return np.where(way[:, None] > STANDING, steps / np.maximum(way, STANDING)[:, None], ahead)
 

@@ -1,4 +1,4 @@
-"""How a lidar's readings err: one scan, and the random numbers that it takes."""
+"""Add noise to lidar scans, and draw the random numbers for it."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from numpy.typing import NDArray
 
 from mapping.robot.scan import LidarScan
 from mapping.seeds import Role, stream
-from sim.sensors.angular_jitter import read_beside
+from sim.sensors.angular_jitter import apply_angular_jitter
 
 _PROBABILITIES = ("dropout", "short", "random")
 LARGEST_NOISE = 1e6
-"""No component is larger, in whatever unit."""
+"""Upper bound of every component, in its own unit."""
 
 _OF_THE_DEVICE = ("quantum", "short_mean")
 
 
 @dataclass(frozen=True)
 class RangeNoise:
-    """How a lidar's readings err. The defaults are a usual small lidar at level 1.
+    """Hold the noise of a lidar's readings. The defaults are a usual small lidar at level 1.
 
-    A reading of r metres gets a normal error of standard deviation ``range_sigma`` [m] + ``range_sigma_ratio`` r,
-    and a bias of ``bias_sigma`` [m] + ``bias_sigma_ratio`` r times one normal draw a robot. Each beam looks beside
-    its direction by a normal error of ``angle_sigma`` [rad], a new one in each scan. Readings come in steps of
-    ``quantum`` [m]; 0 for none. With probability ``short`` something unexpected stands in the way, at an
-    exponentially distributed distance of mean ``short_mean`` [m]; with probability ``random`` the reading is
-    anything; with probability ``dropout`` it is lost.
+    A reading of r metres gets a normal error of standard deviation ``range_sigma`` [m] + ``range_sigma_ratio`` r, and a
+    bias of ``bias_sigma`` [m] + ``bias_sigma_ratio`` r times one normal draw per robot. The direction of each beam gets
+    a normal error of ``angle_sigma`` [rad], drawn anew for each scan. Readings are rounded to multiples of ``quantum``
+    [m]; 0 for no rounding. With probability ``short`` an unexpected object blocks the beam, at an exponentially
+    distributed distance of mean ``short_mean`` [m]. With probability ``random`` the reading is uniform in the lidar's
+    range. With probability ``dropout`` it is lost.
 
-    Raises ``ValueError`` naming the field and its value.
+    Raises ``ValueError`` with the field and its value.
     """
 
     range_sigma: float = 0.01
@@ -51,14 +51,15 @@ class RangeNoise:
                 raise ValueError(f"RangeNoise: {each.name} is {value}, must lie between 0 and {LARGEST_NOISE:g}")
         for name in _PROBABILITIES:
             if getattr(self, name) > 1.0:
-                raise ValueError(f"RangeNoise: {name} is {getattr(self, name)}, a probability is at most 1")
+                raise ValueError(f"RangeNoise: {name} is {getattr(self, name)}, must be a probability of at most 1")
         if self.short_mean == 0.0:
             raise ValueError("RangeNoise: short_mean is 0.0, must be positive")
 
     def scaled(self, level: float) -> RangeNoise:
-        """All standard deviations and probabilities times ``level``, probabilities up to 1.
+        """Multiply all standard deviations and probabilities by ``level``, probabilities up to 1.
 
-        ``quantum`` and ``short_mean`` are the device's and the place's and stay, but level 0 is exact: no steps.
+        ``quantum`` and ``short_mean`` are properties of the device and the world and stay, but level 0 switches
+        rounding off.
         """
         if level == 0.0:
             return replace(self, **{each.name: 0.0 for each in fields(self) if each.name != "short_mean"})
@@ -69,8 +70,11 @@ class RangeNoise:
 
 @dataclass(frozen=True, eq=False)
 class RangeDraws:
-    """The random numbers of one scan of B beams: normal ``errors`` and ``angles`` (B,), the robot's normal ``bias``,
-    uniform ``dropout`` (B,), and uniform ``short`` and ``random`` (2, B): whether, and where."""
+    """Hold the random numbers of one scan of B beams.
+
+    Normal ``errors`` and ``angles`` (B,), the robot's normal ``bias``, uniform ``dropout`` (B,), uniform ``short`` and
+    ``random`` (2, B): row 0 decides if the reading is replaced, row 1 gives the distance.
+    """
 
     errors: NDArray[np.float64]
     angles: NDArray[np.float64]
@@ -81,8 +85,10 @@ class RangeDraws:
 
 
 def range_draws(seed: int, robot_index: int, beams: int) -> Iterator[RangeDraws]:
-    """A robot's random numbers, scan after scan without end: each component has a stream of its own and takes as
-    many numbers whatever its level."""
+    """Yield the random numbers of one robot, scan after scan, without end.
+
+    Each component has its own stream and draws the same number of values at every level.
+    """
     errors, angles, bias, dropout, short, random = (
         stream(seed, role, robot_index)
         for role in (
@@ -106,14 +112,14 @@ def range_draws(seed: int, robot_index: int, beams: int) -> Iterator[RangeDraws]
         )
 
 
-def noisy(scan: LidarScan, noise: RangeNoise, draws: RangeDraws) -> tuple[LidarScan, NDArray[np.bool_]]:
-    """A clean scan as the lidar reads it, and which of its readings the noise made up or lost, (B,).
+def add_range_noise(scan: LidarScan, noise: RangeNoise, draws: RangeDraws) -> tuple[LidarScan, NDArray[np.bool_]]:
+    """Add noise to a clean scan. Returns the scan and a mask (B,) of its outliers.
 
-    The beam model of Thrun, Burgard and Fox, Probabilistic Robotics (2005), section 6.3, used to generate. Where
-    several things befall a beam, a lost reading wins over a random one, and that over a short one. What leaves the
-    lidar's limits becomes +inf or -inf, a lost reading +inf (REP 117). A beam that met nothing cannot be lost.
+    Samples from the beam model of Thrun, Burgard and Fox, Probabilistic Robotics (2005), section 6.3. A lost reading
+    takes precedence over a random one, and a random over a short one. Readings beyond the lidar's limits become +inf or
+    -inf, lost ones +inf (REP 117). A beam without a return cannot be lost.
     """
-    true, elsewhere = read_beside(scan, noise.angle_sigma * draws.angles)
+    true, elsewhere = apply_angular_jitter(scan, noise.angle_sigma * draws.angles)
     hit = np.isfinite(true)
     reach = np.where(hit, true, 0.0)
     error = (noise.range_sigma + noise.range_sigma_ratio * reach) * draws.errors
@@ -133,7 +139,7 @@ def noisy(scan: LidarScan, noise: RangeNoise, draws: RangeDraws) -> tuple[LidarS
 def _short_readings(
     scan: LidarScan, true: NDArray[np.float64], mean: float, draws: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Exponentially distributed between 0 and what the beam would have read (equation 6.6), by its inverse."""
+    """Sample the exponential distribution between 0 and the true reading (equation 6.6) by its inverse."""
     farthest = np.minimum(true, scan.range_max)
     return -mean * np.log1p(draws * np.expm1(-np.maximum(farthest, 0.0) / mean))
 

@@ -1,4 +1,4 @@
-"""Settings of sensing: noise by level, and single components that differ from it."""
+"""Set the noise level, and single components that differ from it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from sim.sensors.noise import COMPONENTS, Noise
 @dataclass(frozen=True)
 class SensingSettings:
     """Scale all noise by the level ``noise`` (0 exact, 1 a decent robot, 3 a bad one), and set single ``components`` by
-    name whatever the level, as in ``("lidar.range_sigma", 0.05)``.
+    name whatever the level, for example ``("lidar.range_sigma", 0.05)``.
 
-    Raises ``ValueError`` naming the field or component and its value.
+    Raises ``ValueError`` with the field or component and its value.
     """
 
     noise: float = 1.0

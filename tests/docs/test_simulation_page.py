@@ -1,4 +1,4 @@
-"""docs/simulation.md tells of robots and missions as they are, and its examples work."""
+"""Check docs/simulation.md against the code, and run its examples."""
 
 from __future__ import annotations
 
@@ -15,18 +15,15 @@ from sim.mission.robot import RobotSettings
 from sim.mission.running import PHYSICS_STEP
 from sim.mission.settings import POLICIES, MissionSettings
 from sim.mission.starts import STARTS
-from sim.navigation import navigator as pilot
-from sim.navigation import right_of_way as give_way
-from sim.navigation import routes, steering, stuck
+from sim.navigation import navigator, right_of_way, routes, steering, stuck
 from sim.physics import bodies, bullet
 from sim.physics.drive import DRIVES, DriveLimits
-from sim.policies import explore
-from sim.policies import patrol as tour
+from sim.policies import explore, patrol
 from tests.conftest import command
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "simulation.md").read_text(encoding="utf-8")
-TOLD = " ".join(PAGE.split())
+TEXT = " ".join(PAGE.split())
 BLOCKS = [re.sub(r"^    ", "", each, flags=re.MULTILINE) for each in re.findall(r"(?:^    .*\n)+", PAGE, re.MULTILINE)]
 FILES = {name: block for block in BLOCKS for name in re.findall(r"\A# ([\w.]+)", block)}
 COMMANDS = [shlex.split(line) for line in re.findall(r"^    mapquilt (.*)$", PAGE, re.MULTILINE)]
@@ -35,7 +32,7 @@ ROWS = [
     for line in re.findall(r"^\|.*$", PAGE, re.MULTILINE)
 ]
 ELSEWHERE = {"--help", "--width", "--height", "--plan-resolution"}
-"""Options of `simulate` that the page on worlds tells of."""
+"""Options of `simulate` that docs/worlds.md documents."""
 
 
 def options(verb: str, capsys: pytest.CaptureFixture[str]) -> set[str]:
@@ -62,9 +59,9 @@ def test_its_picture_is_drawn_of_any_run(merged_run: Path, tmp_path: Path) -> No
 
 def test_its_options_are_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     known = options("simulate", capsys)
-    told = set(re.findall(r"(?<![\w-])(--[a-z][a-z-]*)", PAGE))
-    assert known - told == ELSEWHERE
-    assert told <= known | options("sense", capsys)
+    documented = set(re.findall(r"(?<![\w-])(--[a-z][a-z-]*)", PAGE))
+    assert known - documented == ELSEWHERE
+    assert documented <= known | options("sense", capsys)
 
 
 def test_its_tables_have_every_field_and_every_choice() -> None:
@@ -82,17 +79,17 @@ def test_its_defaults_are_the_robots(name: str) -> None:
 
 def test_its_waiting_times_are_those_of_the_rule() -> None:
     rooms = {
-        "more room than the other": (1.0, 0.5),
-        "as much, within 0.1 m": (0.6, 0.5),
-        "less: the one in the door": (0.4, 0.6),
+        "more room than the other robot": (1.0, 0.5),
+        "equal room, within 0.1 m": (0.6, 0.5),
+        "less room, for example in a door": (0.4, 0.6),
     }
     assert {row[0]: row[1] for row in ROWS if row[0] in rooms} == {
-        who: f"{give_way.patience(*each, 0):g} s" for who, each in rooms.items()
+        who: f"{right_of_way.waiting_time(*each, 0):g} s" for who, each in rooms.items()
     }
 
 
 @pytest.mark.parametrize(
-    "told",
+    "documented",
     [
         f"1 to {bullet.MAX_ROBOTS}",
         f"({MissionSettings().duration:g} s)",
@@ -103,19 +100,20 @@ def test_its_waiting_times_are_those_of_the_rule() -> None:
         f"{bodies.WHEEL_TRACK:g}; the body weighs {bodies.MASS:g} kg, and each motor pushes with at most "
         f"{bodies.MOTOR_FORCE:g} N",
         f"counts {explore.PERSISTENCE:g} times",
-        f"nothing to see for {explore.PATIENCE:g} s",
-        f"draws {tour.GOALS} of its own",
+        f"no viewpoint for {explore.PATIENCE:g} s",
+        f"draws {patrol.GOALS} of its own",
         f"nearer than {routes.COMFORT:g} m to a wall",
-        f"anew every {pilot.REPLAN:g} s",
+        f"anew every {navigator.REPLAN:g} s",
         f"over {steering.HORIZON:g} s",
         f"nearer than {steering.MARGIN:g} m to anything",
-        f"farther than {stuck.STUCK_DISTANCE:g} m and turned no more than {stuck.STUCK_TURN:g} rad in "
+        f"moved less than {stuck.STUCK_DISTANCE:g} m and turned less than {stuck.STUCK_TURN:g} rad in "
         f"{stuck.STUCK_TIME:g} s",
-        f"without that goal for {pilot.BAN_TIME:g} s",
-        f"nearer than {give_way.NEAR:g} m and within {give_way.AHEAD:g} m of the path",
-        f"up to {give_way.RETREAT:g} m",
-        f"for {pilot.LEAST_ASIDE:g} to {pilot.MOST_ASIDE:g} s until nobody is within {pilot.CLEAR_OF:g} m",
+        f"without that goal for {navigator.BAN_TIME:g} s",
+        f"nearer than {right_of_way.NEAR_ROBOT:g} m and within {right_of_way.PATH_WIDTH:g} m of the path",
+        f"up to {right_of_way.MAX_RETREAT:g} m",
+        f"for {navigator.MIN_YIELD_TIME:g} to {navigator.MAX_YIELD_TIME:g} s, until no robot is within "
+        f"{navigator.CLEAR_DISTANCE:g} m",
     ],
 )
-def test_its_numbers_are_those_of_the_code(told: str) -> None:
-    assert told in TOLD
+def test_its_numbers_are_those_of_the_code(documented: str) -> None:
+    assert documented in TEXT

@@ -25,7 +25,7 @@ TEXTS = {
     "mission.beams": "90",
     "mission.starts": "close",
     "mission.drive": "wheels",
-    "mission.policy": "tour",
+    "mission.policy": "patrol",
     "mission.overlap": "0.2:0.4",
     "mapping.poses": "truth",
     "mapping.sensor_model": "hector",

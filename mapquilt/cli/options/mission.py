@@ -74,7 +74,7 @@ def parse_mission(options: MissionOptions) -> tuple[MissionSettings, tuple[Traje
         duration=options.duration if options.duration is not None else longest,
         starts=options.starts,
         drive=options.drive,
-        policy=options.policy or ("replay" if replay else "tour" if options.goal else "explore"),
+        policy=options.policy or ("replay" if replay else "patrol" if options.goal else "explore"),
         goals=[_goal(text) for text in options.goal],
         overlap=None if options.overlap is None else _range(options.overlap),
     )

@@ -21,7 +21,7 @@ WORLD = make_world("house", 3)
 
 
 def assert_equal_missions(a: Mission, b: Mission) -> None:
-    assert (a.seed, a.settings, a.touches) == (b.seed, b.settings, b.touches)
+    assert (a.seed, a.settings, a.contacts) == (b.seed, b.settings, b.contacts)
     for one, other in zip(a.robots, b.robots, strict=True):
         np.testing.assert_array_equal(one.trajectory.poses, other.trajectory.poses)
         np.testing.assert_array_equal(one.hits_robot, other.hits_robot)

@@ -36,10 +36,10 @@ def test_a_run_says_how_its_mission_was_made(tmp_path: Path) -> None:
         "--seed",
         7,
     )
-    assert command("simulate", "open_hall", *options, "--policy", "tour", "--out", tmp_path / "run") == 0
+    assert command("simulate", "open_hall", *options, "--policy", "patrol", "--out", tmp_path / "run") == 0
     run = record(tmp_path / "run")
     assert (run["robots"], run["lidars"]) == (2, ["lds01", "default"])
-    assert (run["drive"], run["starts"], run["policy"]) == ("wheels", "spread", "tour")
+    assert (run["drive"], run["starts"], run["policy"]) == ("wheels", "spread", "patrol")
     mission = load_mission(tmp_path / "run/mission")
     first, second = mission.settings.robots
     assert (first.limits.speed, first.lidar.range_max, second.radius, second.lidar.rate) == (0.3, 3.5, 0.25, 5.0)
@@ -114,7 +114,7 @@ def test_what_is_not_said_follows_from_what_is() -> None:
     )
     settings, _ = parse_mission(starts)
     assert [robot.start.yaw for robot in settings.robots if robot.start] == [0.0, 0.5]
-    assert settings.policy == "tour"
+    assert settings.policy == "patrol"
 
 
 BAD = {
@@ -135,7 +135,7 @@ BAD = {
         (("--start", "here"), ("--start here", "X,Y")),
         (("--start", "2,10", "--start", "5,10", "--robots", "1"), ("2 starts", "--robots 1")),
         (("--start", "nan,10"), ("nan",)),
-        (("--policy", "tour", "--goal", "99,1"), ("goal 0 at (99, 1)", "outside world 'office'")),
+        (("--policy", "patrol", "--goal", "99,1"), ("goal 0 at (99, 1)", "outside world 'office'")),
         (("--goal", "1"), ("--goal 1", "X,Y")),
         (("--goal", "0.05,3"), ("goal 0 at (0.05, 3)", "in a wall")),
         (("--overlap", "half"), ("--overlap half", "LO:HI")),
@@ -143,11 +143,14 @@ BAD = {
         (("--speed", "0"), ("--speed 0.0: must",)),
         (("--turn-rate", "-1"), ("--turn-rate -1.0: must",)),
         (("--drive", "legs"), ("legs", "wheels")),
-        (("--policy", "replay"), ("policy is replay, but 0 trajectories",)),
+        (("--policy", "replay"), ("replay holds 0 trajectories, but the policy is replay",)),
         (("--replay", "gone.tum"), ("gone.tum",)),
         (("--replay", "short.tum"), ("short.tum: line 1", "eight numbers")),
         (("--replay", "wall.tum"), ("replay of robot_0: at 4.5 s, (0.05, 10)", "in a wall")),
-        (("--replay", "wall.tum", "--robots", "2"), ("1 trajectories to replay, but 2 robots",)),
+        (
+            ("--replay", "wall.tum", "--robots", "2"),
+            ("replay holds 1 trajectories, must hold one for each of 2 robots",),
+        ),
         (("--robots-file", "unknown.yaml"), ("unknown.yaml: robot 0", "wings", "turn_rate")),
         (("--robots-file", "start.yaml"), ("start.yaml: robot 1", "start")),
         (("--robots-file", "empty.yaml"), ("empty.yaml", "robots")),

@@ -35,7 +35,7 @@ def test_a_cut_in_time_is_the_mission_that_would_have_been_simulated(mission):
 
 def test_a_smaller_team_is_the_first_robots(mission):
     cut = cut_mission(mission, changed(robots=2))
-    assert len(cut.robots) == len(cut.settings.robots) == len(cut.touches) == 2
+    assert len(cut.robots) == len(cut.settings.robots) == len(cut.contacts) == 2
     np.testing.assert_array_equal(cut.robots[1].trajectory.poses, mission.robots[1].trajectory.poses)
 
 

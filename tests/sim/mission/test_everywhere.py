@@ -16,7 +16,7 @@ def test_robots_drive_off_and_touch_nothing(name: str, drive: Drive) -> None:
     seed = 100 + list(FAMILIES).index(name)
     world = make_world(name, seed)
     mission, _ = simulate(world, MissionSettings(2, 5.0, drive=drive), seed)
-    assert mission.touches == (0, 0)
+    assert mission.contacts == (0, 0)
     for robot in mission.robots:
         assert robot.trajectory.distance() > 0.8
         assert world.clearance(robot.trajectory.poses[:, :2]).min() > 0.2

@@ -12,7 +12,7 @@ from mapping.ground_truth.truth import overlap
 from sim.mission.coverage import coverage
 from sim.mission.first_seen import NEVER, first_seen
 from sim.mission.mission import Mission, simulate
-from sim.mission.overlap import LEVELS, attempts, overlap_cut
+from sim.mission.overlap import LEVELS, cut_to_overlap, start_attempts
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
 from worlds.polygon import box, disc
@@ -70,21 +70,21 @@ def test_coverage_grows_to_what_the_robots_observed(mission: Mission) -> None:
 @pytest.mark.parametrize("wanted", [(0.5, 0.7), (0.75, 0.95)])
 def test_a_cut_mission_overlaps_as_wanted(long_mission: Mission, wanted: tuple[float, float]) -> None:
     frame = true_raster(long_mission.world).frame
-    cut = overlap_cut(long_mission.robots, frame, wanted)
+    cut = cut_to_overlap(long_mission.robots, frame, wanted)
     short = long_mission.cut(cut.scans)
     maps = [observed(truth, frame) for truth in short.robots]
     reached = [overlap(a, b) for a, b in combinations(maps, 2)]
-    if cut.miss == 0.0:
+    if cut.error == 0.0:
         assert wanted[0] <= min(reached) <= max(reached) <= wanted[1]
     missed = sum(max(0.0, wanted[0] - each, each - wanted[1]) for each in reached)
-    assert missed == pytest.approx(cut.miss, abs=0.02)
+    assert missed == pytest.approx(cut.error, abs=0.02)
     assert tuple(len(truth.scans) for truth in short.robots) == cut.scans
 
 
 def test_nothing_is_cut_where_all_overlaps_will_do(long_mission: Mission) -> None:
     frame = true_raster(long_mission.world).frame
-    cut = overlap_cut(long_mission.robots, frame, (0.0, 1.0))
-    assert (cut.scans, cut.miss) == ((401, 401, 401), 0.0)
+    cut = cut_to_overlap(long_mission.robots, frame, (0.0, 1.0))
+    assert (cut.scans, cut.error) == ((401, 401, 401), 0.0)
 
 
 def test_the_best_of_two_robots_is_the_best_there_is(long_mission: Mission) -> None:
@@ -95,7 +95,7 @@ def test_the_best_of_two_robots_is_the_best_there_is(long_mission: Mission) -> N
     seen = [first_seen(truth, frame) for truth in pair]
     maps = [[each <= count for count in counts[::6]] for each in seen]
     least = min(max(0.0, 0.4 - share, share - 0.45) for a in maps[0] for b in maps[1] for share in (overlap(a, b),))
-    assert overlap_cut(pair, frame, wanted).miss <= least + 0.01
+    assert cut_to_overlap(pair, frame, wanted).error <= least + 0.01
     assert all((each == NEVER).any() for each in seen)
 
 
@@ -112,7 +112,7 @@ def test_an_overlap_is_reached_by_other_starts_or_the_nearest_is_kept() -> None:
 
 
 def test_close_starts_are_tried_first_where_much_overlap_is_wanted() -> None:
-    much, little = (attempts(MissionSettings(2, overlap=wanted)) for wanted in ((0.7, 0.9), (0.0, 0.2)))
+    much, little = (start_attempts(MissionSettings(2, overlap=wanted)) for wanted in ((0.7, 0.9), (0.0, 0.2)))
     assert [each.starts for each in much] == ["random", "close", "spread"]
     assert [each.starts for each in little] == ["random", "spread", "close"]
-    assert attempts(MissionSettings(2)) == (MissionSettings(2),)
+    assert start_attempts(MissionSettings(2)) == (MissionSettings(2),)

@@ -15,9 +15,9 @@ from sim.mission.mission import simulate
 from sim.mission.robot import RobotSettings
 from sim.mission.running import Driven
 from sim.mission.settings import MissionSettings
-from sim.navigation.known_floor import KnownFloor
-from sim.navigation.navigator import Navigator, stretch_ahead
-from sim.navigation.right_of_way import in_the_way, patience, retreat, room_at
+from sim.navigation.known_free_space import KnownFreeSpace
+from sim.navigation.navigator import Navigator, lookahead_segment
+from sim.navigation.right_of_way import blocks_path, retreat_cell, waiting_time, wall_distance
 from sim.navigation.routes import Routes
 from sim.navigation.tracking import Tracker
 from sim.physics.bullet import BulletScene
@@ -37,31 +37,31 @@ def test_two_robots_that_meet_in_a_door_both_pass_soon(seed: int) -> None:
     starts = [SE2(2.0, 2.45 + 0.1 * seed), SE2(8.0, 2.45 - 0.1 * seed, math.pi)]
     goals = [(8.5, 2.5), (1.5, 2.5)]
     world = World("door", 0, (10.0, 5.0), DOOR)
-    settings = MissionSettings([RobotSettings(start=start) for start in starts], 30.0, policy="tour", goals=goals)
+    settings = MissionSettings([RobotSettings(start=start) for start in starts], 30.0, policy="patrol", goals=goals)
     mission, _ = simulate(world, settings, 0)
-    assert mission.touches == (0, 0)
+    assert mission.contacts == (0, 0)
     first, second = (truth.trajectory.poses[:, 0] for truth in mission.robots)
     assert first[:240].max() > 5.5
     assert second[:240].min() < 4.5
 
 
 def test_the_one_in_the_narrow_place_waits_longest_and_equals_do_not_wait_alike() -> None:
-    assert patience(1.0, 0.5, 0) < patience(0.7, 0.7, 0) < patience(0.5, 1.0, 0)
-    assert patience(0.7, 0.7, 0) < patience(0.7, 0.7, 1)
+    assert waiting_time(1.0, 0.5, 0) < waiting_time(0.7, 0.7, 0) < waiting_time(0.5, 1.0, 0)
+    assert waiting_time(0.7, 0.7, 0) < waiting_time(0.7, 0.7, 1)
 
 
 def test_room_is_the_distance_to_the_nearest_wall() -> None:
-    assert room_at(np.array([(0.0, 0.0), (3.0, 4.0)]), np.array((3.0, 0.0))) == pytest.approx(3.0)
-    assert room_at(np.empty((0, 2)), np.zeros(2)) == math.inf
+    assert wall_distance(np.array([(0.0, 0.0), (3.0, 4.0)]), np.array((3.0, 0.0))) == pytest.approx(3.0)
+    assert wall_distance(np.empty((0, 2)), np.zeros(2)) == math.inf
 
 
 def test_only_what_stands_near_and_on_the_path_is_in_the_way() -> None:
     path = np.stack((np.linspace(0.0, 5.0, 51), np.zeros(51)), axis=-1)
     here = np.zeros(2)
-    assert in_the_way(path, np.array([(0.8, 0.1)]), here)
-    assert not in_the_way(path, np.array([(0.1, 0.9)]), here)
-    assert not in_the_way(path, np.array([(3.0, 0.0)]), here)
-    assert not in_the_way(path, np.empty((0, 2)), here)
+    assert blocks_path(path, np.array([(0.8, 0.1)]), here)
+    assert not blocks_path(path, np.array([(0.1, 0.9)]), here)
+    assert not blocks_path(path, np.array([(3.0, 0.0)]), here)
+    assert not blocks_path(path, np.empty((0, 2)), here)
 
 
 def test_a_robot_makes_way_beside_the_others_way_and_keeps_its_distance() -> None:
@@ -69,7 +69,7 @@ def test_a_robot_makes_way_beside_the_others_way_and_keeps_its_distance() -> Non
     occupancy[1:-1, 1:-1] = 0
     grid = OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(), (60, 80)), occupancy)
     here, other = np.array((4.0, 3.0)), np.array((5.0, 3.0))
-    cell = retreat(Routes(grid, here, 0.2), here, other)
+    cell = retreat_cell(Routes(grid, here, 0.2), here, other)
     assert cell is not None
     x, y = grid.frame.metres_from_cells(cell)
     assert abs(y - 3.0) > 0.7
@@ -80,20 +80,20 @@ def test_what_stands_on_bare_floor_moves_and_leaves_no_ghost() -> None:
     frame = GridFrame(0.1, SE2(), (40, 40))
     occupancy = np.zeros((40, 40), dtype=np.int8)
     occupancy[:, 30] = 100
-    floor = KnownFloor()
-    floor.learn(OccupancyGrid.from_occupancy(frame, occupancy))
+    floor = KnownFreeSpace()
+    floor.update(OccupancyGrid.from_occupancy(frame, occupancy))
     points = np.array([(1.05, 1.05), (3.05, 1.05), (2.95, 1.05), (9.0, 9.0)])
-    assert floor.holds(points).tolist() == [True, False, False, False]
+    assert floor.contains(points).tolist() == [True, False, False, False]
     larger = GridFrame(0.1, SE2(-1.0, -2.0), (80, 80))
     mapped = np.full((80, 80), -1, dtype=np.int8)
     mapped[20:60, 10:50] = occupancy
     mapped[30:33, 20:23] = 100  # a robot that passed by
     grid = OccupancyGrid.from_occupancy(larger, mapped)
-    floor.learn(grid)
-    bare = floor.without_movers(grid, np.empty((0, 2)))
+    floor.update(grid)
+    bare = floor.static_map(grid, np.empty((0, 2)))
     assert not bare.occupied[30:33, 20:23].any()
     assert bare.occupied[20:60, 40].all()
-    assert floor.without_movers(grid, points[:1]).occupied[30, 20]
+    assert floor.static_map(grid, points[:1]).occupied[30, 20]
 
 
 def test_the_tracker_finds_a_steady_velocity_and_forgets_a_leap() -> None:
@@ -107,11 +107,11 @@ def test_the_tracker_finds_a_steady_velocity_and_forgets_a_leap() -> None:
 
 def test_a_robot_off_its_path_is_led_back_to_it_and_not_to_its_end() -> None:
     path = np.stack((np.linspace(0.0, 5.0, 51), np.zeros(51)), axis=-1)
-    on_it, beside, far = (stretch_ahead(path, np.array(here)) for here in ((1.0, 0.0), (1.0, 0.5), (1.0, 2.0)))
+    on_it, beside, far = (lookahead_segment(path, np.array(here)) for here in ((1.0, 0.0), (1.0, 0.5), (1.0, 2.0)))
     assert on_it[[0, -1], 0] == pytest.approx((1.3, 2.0), abs=0.11)
     assert beside[[0, -1], 0] == pytest.approx((1.0, 1.8), abs=0.11)
     assert far[[0, -1], 0] == pytest.approx((1.0, 1.0), abs=0.11)
-    assert stretch_ahead(path, np.array((4.9, 0.0)))[-1, 0] == pytest.approx(5.0)
+    assert lookahead_segment(path, np.array((4.9, 0.0)))[-1, 0] == pytest.approx(5.0)
 
 
 class Parked:
@@ -125,12 +125,12 @@ class Parked:
 def test_a_robot_shut_in_by_another_waits_and_goes_on_once_the_door_is_free() -> None:
     world, lidar, door, away = World("door", 0, (10.0, 5.0), DOOR), Lidar(), SE2(5.0, 2.45), SE2(8.5, 1.0)
     policy = FrontierExploration(lidar)
-    pilot = Navigator(RobotSettings(lidar, DriveLimits(speed=0.3)), 0, policy, Stopwatch())
+    navigator = Navigator(RobotSettings(lidar, DriveLimits(speed=0.3)), 0, policy, Stopwatch())
     with BulletScene(world, [SE2(2.0, 1.2), away]) as scene:
-        mover = Driven(scene, "velocity", [pilot, Parked()], Stopwatch())
+        mover = Driven(scene, "velocity", [navigator, Parked()], Stopwatch())
         for tick in range(600):
             if tick in (60, 360):
-                scene.place([scene.pose(0), door if tick == 60 else away])
+                scene.set_poses([scene.pose(0), door if tick == 60 else away])
             scan = lidar.scan(tick / 10.0, scene.cast(0, lidar)[0])
             mover.advance(tick / 10.0, 0.1, [mover.decide(0, scan, scene.pose(0)), (0.0, 0.0)])
             if tick == 359:

@@ -37,7 +37,7 @@ def test_robots_never_overlap_walls_or_each_other(mission: Mission) -> None:
     assert mission.world.clearance(poses[..., :2].reshape(-1, 2)).min() >= 0.2 - 1e-3
     for a, b in combinations(poses, 2):
         assert np.hypot(*(a - b)[:, :2].T).min() >= 2.0 * 0.2 - 1e-3
-    assert mission.touches == (0, 0, 0)
+    assert mission.contacts == (0, 0, 0)
 
 
 def test_velocity_limits_hold_between_scans(mission: Mission) -> None:
@@ -105,7 +105,7 @@ def test_a_robot_sees_all_of_two_rooms_and_then_stands_still(two_rooms: World) -
     assert (seen & raster.free).sum() > 0.97 * raster.free.sum()
     assert np.array_equal(truth.trajectory.poses[-1], truth.trajectory.poses[-20])
     assert len(truth.scans) == 451
-    assert mission.touches == (0,)
+    assert mission.contacts == (0,)
 
 
 def test_progress_and_times_are_told() -> None:

@@ -23,7 +23,7 @@ def folder(mission: Mission, tmp_path: Path) -> Path:
 def test_a_mission_comes_back_bit_for_bit(mission: Mission, folder: Path, tmp_path: Path) -> None:
     again = load_mission(folder)
     assert (again.world, again.seed, again.settings) == (mission.world, mission.seed, mission.settings)
-    assert again.touches == mission.touches
+    assert again.contacts == mission.contacts
     for mine, theirs in zip(again.robots, mission.robots, strict=True):
         assert np.array_equal(mine.trajectory.poses, theirs.trajectory.poses)
         assert np.array_equal(mine.hits_robot, theirs.hits_robot)
@@ -35,6 +35,14 @@ def test_a_mission_comes_back_bit_for_bit(mission: Mission, folder: Path, tmp_pa
     save_mission(again, tmp_path / "again")
     for path in folder.iterdir():
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
+
+
+def test_the_policy_tour_of_older_files_is_read_as_patrol(folder: Path) -> None:
+    path = folder / "mission.json"
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record["settings"]["policy"] = "tour"
+    path.write_text(json.dumps(record), encoding="utf-8")
+    assert load_mission(folder).settings.policy == "patrol"
 
 
 @pytest.mark.parametrize("name", ["world.json", "mission.json", "robot_1.npz"])

@@ -42,7 +42,7 @@ def test_each_robot_has_its_lidar_its_limits_and_its_start(drive: Drive) -> None
     speeds = [np.hypot(*np.diff(each.trajectory.poses[:, :2], axis=0).T).max() for each in mission.robots]
     assert speeds[0] * 4.0 < 0.3 * 1.1
     assert 0.4 < speeds[1] * 10.0 < 0.6 * 1.1
-    assert mission.touches == (0, 0)
+    assert mission.contacts == (0, 0)
 
 
 @pytest.mark.parametrize(("drive", "slack"), [("velocity", 1e-6), ("wheels", 0.4)])
@@ -99,8 +99,8 @@ def test_walls_stop_wheels_which_then_slip(two_rooms: World) -> None:
         ({"drive": "legs"}, "drive is 'legs'"),
         ({"starts": "here"}, "starts is 'here'"),
         ({"policy": "sleep"}, "policy is 'sleep'"),
-        ({"goals": [(1.0, 1.0)]}, "goals are for the policy tour"),
-        ({"policy": "tour", "goals": [(1.0, math.nan)]}, "goals holds"),
+        ({"goals": [(1.0, 1.0)]}, "goals are for the policy patrol"),
+        ({"policy": "patrol", "goals": [(1.0, math.nan)]}, "goals holds"),
         ({"overlap": (0.5, 0.3)}, "overlap is 0.5:0.3"),
         ({"overlap": (0.5, 1.3)}, "overlap is 0.5:1.3"),
         ({"robots": 1, "overlap": (0.1, 0.3)}, "at least two robots"),

@@ -19,7 +19,7 @@ def positions(speed: float, turn: float) -> np.ndarray:
     """Where the command leads from rest within the horizon, stepped finely: the oracle of the roll-outs."""
     poses, yaw, step, velocity = [np.zeros(2)], 0.0, HORIZON / 2000, (0.0, 0.0)
     for _ in range(2000):
-        velocity = LIMITS.ramped(velocity, (speed, turn), step)
+        velocity = LIMITS.ramp(velocity, (speed, turn), step)
         yaw += velocity[1] * step
         poses.append(poses[-1] + velocity[0] * step * np.array((math.cos(yaw), math.sin(yaw))))
     return np.array(poses)
@@ -56,8 +56,8 @@ def test_it_aims_at_the_last_point_of_the_path_in_straight_reach() -> None:
     post = np.array([(0.5, 0.0)])
     path = np.array([(0.1, 0.1), (0.2, 0.3), (0.4, 0.5), (0.7, 0.3), (0.9, 0.0)])
     steering = Avoidance(LIMITS, radius=0.2)
-    assert steering.aim(path, post).tolist() == [0.4, 0.5]
-    assert steering.aim(path, NOTHING).tolist() == [0.9, 0.0]
+    assert steering.choose_target(path, post).tolist() == [0.4, 0.5]
+    assert steering.choose_target(path, NOTHING).tolist() == [0.9, 0.0]
 
 
 @pytest.mark.parametrize(("field", "value"), [("speed", 0.0), ("speed", math.nan), ("turn_rate", -1.0)])

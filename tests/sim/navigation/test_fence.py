@@ -32,15 +32,15 @@ def test_no_robot_leaves_the_fence_and_the_lidar_sees_trees_beyond() -> None:
             for pose, scan in zip(robot.trajectory.poses, robot.scans, strict=True)
         ]
         assert (np.concatenate(hits)[:, 0] > 11.5).any()
-    assert mission.touches == (0, 0)
+    assert mission.contacts == (0, 0)
 
 
 def test_a_touring_team_stays_inside_and_reaches_goals_on_either_side() -> None:
     goals = [(3.6, 4.0), (10.4, 9.0)]
-    mission, _ = simulate(PARK, MissionSettings(2, 30.0, policy="tour", goals=goals), 1)
+    mission, _ = simulate(PARK, MissionSettings(2, 30.0, policy="patrol", goals=goals), 1)
     places = np.concatenate([robot.trajectory.poses[:, :2] for robot in mission.robots])
     assert PARK.clearance(places).min() >= 0.2
-    assert mission.touches == (0, 0)
+    assert mission.contacts == (0, 0)
     for goal in goals:
         assert np.hypot(*(places - goal).T).min() < REACHED
 
@@ -61,7 +61,7 @@ def test_goals_that_a_team_draws_itself_lie_inside() -> None:
 )
 def test_goals_outside_are_refused(goal: tuple[float, float], told: str) -> None:
     with pytest.raises(ValueError, match=told):
-        simulate(PARK, MissionSettings(1, 1.0, policy="tour", goals=[goal]), 1)
+        simulate(PARK, MissionSettings(1, 1.0, policy="patrol", goals=[goal]), 1)
 
 
 @pytest.mark.parametrize(
@@ -89,11 +89,11 @@ def test_a_replay_that_leaves_the_fence_is_refused_and_one_inside_is_driven() ->
 def test_the_fence_is_a_wall_for_plans_and_for_steering() -> None:
     fence = Fence(box(1.0, 1.0, 3.0, 2.0))
     grid = OccupancyGrid(GridFrame(0.1, SE2(0.5, 0.0, 0.0), (15, 20)), np.full((15, 20), -1.0))
-    drawn = fence.drawn_into(grid)
+    drawn = fence.add_to_grid(grid)
     assert drawn.occupied[10, 5:].all()
     assert drawn.occupied[10:, 5].all()
     assert drawn.occupied.sum() == 20 - 5 + 15 - 10 - 1
-    seen = fence.beside(np.array([(9.0, 9.0)]), SE2(2.0, 1.5, np.pi / 2.0))
+    seen = fence.add_to_points(np.array([(9.0, 9.0)]), SE2(2.0, 1.5, np.pi / 2.0))
     assert seen[0].tolist() == [9.0, 9.0]
     ahead, left = np.abs(seen[1:]).max(axis=0)
     assert (ahead, left) == (pytest.approx(0.5), pytest.approx(1.0))
@@ -102,5 +102,5 @@ def test_the_fence_is_a_wall_for_plans_and_for_steering() -> None:
 def test_without_a_fence_nothing_changes() -> None:
     grid = OccupancyGrid(GridFrame(0.1, SE2.identity(), (3, 3)), np.zeros((3, 3)))
     seen = np.array([(1.0, 2.0)])
-    assert Fence(None).drawn_into(grid) is grid
-    assert Fence(None).beside(seen, SE2.identity()) is seen
+    assert Fence(None).add_to_grid(grid) is grid
+    assert Fence(None).add_to_points(seen, SE2.identity()) is seen

@@ -18,7 +18,7 @@ def test_a_team_that_only_looks_ahead_makes_way_and_hits_nothing(name: str, seed
     lidar = with_rate(lidar_preset(name).lidar, 10.0)
     settings = MissionSettings((RobotSettings(lidar),) * 2, duration=30.0)
     mission, _ = simulate(make_world("office", seed), settings, seed)
-    assert mission.touches == (0, 0)
+    assert mission.contacts == (0, 0)
     for robot in mission.robots:
         assert robot.trajectory.distance() > 6.0
         places = robot.trajectory.poses[:, :2]

@@ -12,7 +12,7 @@ from mapping.robot.scan import LidarScan
 from sim.mission.robot import RobotSettings
 from sim.navigation.navigator import BAN_TIME, Navigator
 from sim.navigation.routes import Routes
-from sim.navigation.stuck import STUCK_TIME, StuckWatch
+from sim.navigation.stuck import STUCK_TIME, StuckDetector
 from sim.physics.stopwatch import Stopwatch
 from sim.sensors.lidar import Lidar
 
@@ -20,8 +20,8 @@ TENTHS = np.arange(0.0, STUCK_TIME + 0.35, 0.1)
 
 
 def stuck_at(speed: float, turn_rate: float) -> list[float]:
-    watch = StuckWatch()
-    return [now for now in TENTHS if watch.notes(float(now), np.array((speed * now, 0.0)), turn_rate * now)]
+    watch = StuckDetector()
+    return [now for now in TENTHS if watch.update(float(now), np.array((speed * now, 0.0)), turn_rate * now)]
 
 
 def test_a_robot_that_stands_is_stuck_after_its_time_and_then_anew() -> None:
@@ -39,10 +39,10 @@ def test_creeping_is_being_stuck() -> None:
 
 
 def test_who_had_no_wish_to_move_begins_anew() -> None:
-    watch, here = StuckWatch(), np.zeros(2)
-    assert not watch.notes(0.0, here, 0.0)
-    watch.forget()
-    assert not watch.notes(STUCK_TIME, here, 0.0)
+    watch, here = StuckDetector(), np.zeros(2)
+    assert not watch.update(0.0, here, 0.0)
+    watch.reset()
+    assert not watch.update(STUCK_TIME, here, 0.0)
 
 
 class Stubborn:
@@ -53,14 +53,14 @@ class Stubborn:
     def __init__(self) -> None:
         self.told: list[list[tuple[float, float]]] = []
 
-    def look(self, scan: LidarScan, world_from_base: SE2) -> None:
+    def observe(self, scan: LidarScan, world_from_base: SE2) -> None:
         """See nothing new."""
 
-    def known(self) -> OccupancyGrid:
+    def known_map(self) -> OccupancyGrid:
         """A hall all free."""
         return OccupancyGrid(GridFrame(0.1, SE2(-5.0, -5.0, 0.0), (100, 100)), np.full((100, 100), -3.0))
 
-    def choose(
+    def choose_path(
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The straight way there, whatever is banned."""
@@ -70,10 +70,10 @@ class Stubborn:
 
 def test_a_goal_that_a_robot_cannot_get_to_is_banned_for_a_while() -> None:
     policy, lidar = Stubborn(), Lidar()
-    pilot = Navigator(RobotSettings(lidar), 0, policy, Stopwatch())
+    navigator = Navigator(RobotSettings(lidar), 0, policy, Stopwatch())
     nothing = np.full(lidar.beams, np.inf)
     for now in np.arange(0.0, 22.0, 0.1):
-        pilot.command(lidar.scan(float(now), nothing), SE2())  # it is told to drive, and stays where it is
+        navigator.command(lidar.scan(float(now), nothing), SE2())  # it is told to drive, and stays where it is
     assert policy.told[0] == []
     assert (3.0, 0.0) in policy.told[-1]
     assert len(policy.told[-1]) <= BAN_TIME / STUCK_TIME + 1

@@ -25,8 +25,8 @@ from worlds.world import World
 def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: World) -> None:
     goals = [(1.0, 4.0), (7.0, 4.0)]
     team = [RobotSettings(start=SE2(1.0, 1.0)), RobotSettings(start=SE2(7.2, 2.5))]
-    mission, _ = simulate(two_rooms, MissionSettings(team, 45.0, policy="tour", goals=goals), 1)
-    assert mission.touches == (0, 0)
+    mission, _ = simulate(two_rooms, MissionSettings(team, 45.0, policy="patrol", goals=goals), 1)
+    assert mission.contacts == (0, 0)
     for rank, truth in enumerate(mission.robots):
         away = [np.hypot(*(truth.trajectory.poses[:, :2] - goal).T) < 0.35 for goal in goals]
         first = [int(np.argmax(each)) if each.any() else -1 for each in away]
@@ -36,9 +36,9 @@ def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: 
 
 def test_each_robot_draws_goals_of_its_own() -> None:
     world, starts = make_world("open_hall", 1), [SE2(8.0, 8.0)] * 3
-    tours = make_patrols(world, MissionSettings(3, 1.0, policy="tour"), starts, seed=1)
-    assert len({tour.goals for tour in tours}) == 3
-    assert len({goal for tour in tours for goal in tour.goals}) > 20
+    patrols = make_patrols(world, MissionSettings(3, 1.0, policy="patrol"), starts, seed=1)
+    assert len({patrol.goals for patrol in patrols}) == 3
+    assert len({goal for patrol in patrols for goal in patrol.goals}) > 20
 
 
 def test_robots_that_start_together_explore_apart() -> None:
@@ -51,7 +51,7 @@ def test_robots_that_start_together_explore_apart() -> None:
 
 def test_drawn_goals_are_the_seeds() -> None:
     world = make_world("house", 1)
-    settings = MissionSettings(2, 15.0, policy="tour")
+    settings = MissionSettings(2, 15.0, policy="patrol")
     one, again, other = (simulate(world, settings, seed)[0].robots[0].trajectory for seed in (1, 1, 2))
     assert np.array_equal(one.poses, again.poses)
     assert one.distance() > 4.0
@@ -68,7 +68,7 @@ def test_drawn_goals_are_the_seeds() -> None:
 )
 def test_bad_goals_are_refused_with_what_and_where(two_rooms: World, goal: tuple[float, float], told: str) -> None:
     with pytest.raises(ValueError, match=told):
-        simulate(two_rooms, MissionSettings(1, 1.0, policy="tour", goals=[(1.0, 1.0), goal]), 0)
+        simulate(two_rooms, MissionSettings(1, 1.0, policy="patrol", goals=[(1.0, 1.0), goal]), 0)
 
 
 def test_a_goal_behind_a_wall_without_a_door_is_refused() -> None:
@@ -77,7 +77,7 @@ def test_a_goal_behind_a_wall_without_a_door_is_refused() -> None:
     there = simulate(world, MissionSettings(4, 0.1), 1)[0].robots[1].trajectory.pose(0)
     team = [RobotSettings(start=start)]
     with pytest.raises(ValueError, match="that no robot starts in"):
-        simulate(world, MissionSettings(team, 1.0, policy="tour", goals=[(there.x, there.y)]), 0)
+        simulate(world, MissionSettings(team, 1.0, policy="patrol", goals=[(there.x, there.y)]), 0)
 
 
 def test_a_replayed_mission_sees_what_the_driven_one_saw(mission: Mission) -> None:
@@ -116,9 +116,9 @@ def test_a_replay_through_a_wall_is_refused_with_when_and_where(two_rooms: World
     leap = Trajectory(np.arange(2.0), np.array(((3.0, 1.0, 0.0), (5.0, 1.0, 0.0))))
     with pytest.raises(ValueError, match=r"replay of robot_0: at 0.5 s, \(4, 1\), it is in a wall"):
         simulate(two_rooms, settings, 0, replay=[leap])
-    with pytest.raises(ValueError, match="1 trajectories to replay, but 2 robots"):
+    with pytest.raises(ValueError, match="replay holds 1 trajectories, must hold one for each of 2 robots"):
         simulate(two_rooms, MissionSettings(2, 2.0, policy="replay"), 0, replay=[path])
-    with pytest.raises(ValueError, match="policy is replay, but 0"):
+    with pytest.raises(ValueError, match="replay holds 0 trajectories, but the policy is replay"):
         simulate(two_rooms, settings, 0)
 
 
@@ -130,11 +130,11 @@ from sim.mission.mission import simulate
 from sim.mission.file import save_mission
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
-settings = MissionSettings(3, 6.0, starts="close", drive="wheels", policy="tour")
+settings = MissionSettings(3, 6.0, starts="close", drive="wheels", policy="patrol")
 save_mission(simulate(make_world("house", 3), settings, seed=5)[0], Path(sys.argv[1]))
 """
     subprocess.run([sys.executable, "-c", program, str(tmp_path / "other")], check=True, capture_output=True)
-    settings = MissionSettings(3, 6.0, starts="close", drive="wheels", policy="tour")
+    settings = MissionSettings(3, 6.0, starts="close", drive="wheels", policy="patrol")
     mission, _ = simulate(make_world("house", 3), settings, seed=5)
     save_mission(mission, tmp_path / "here")
     assert digests(tmp_path / "here") == digests(tmp_path / "other")

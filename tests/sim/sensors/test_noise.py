@@ -15,7 +15,7 @@ from mapping.seeds import Role, stream
 from sim.mission.mission import Mission
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import PRESETS
-from sim.sensors.noise import COMPONENTS, Noise, Sensed, sense
+from sim.sensors.noise import COMPONENTS, Noise, SensedLog, sense
 from sim.sensors.range_noise import RangeNoise
 
 QUIET = Noise.level(0.0)
@@ -29,7 +29,7 @@ def standing(distance: float, scans: int = 300) -> RobotTruth:
     return RobotTruth(sweeps, trajectory, np.zeros((scans, 360), dtype=bool), SE2())
 
 
-def ranges(sensed: Sensed) -> np.ndarray:
+def ranges(sensed: SensedLog) -> np.ndarray:
     return np.array([scan.ranges for scan in sensed.log.scans])
 
 
@@ -45,7 +45,7 @@ def test_at_level_zero_the_log_is_the_truth_bit_for_bit(mission: Mission, preset
         assert np.array_equal(sensed.log.odometry.poses, truth.trajectory.from_start().poses)
         assert np.array_equal(sensed.log.odometry.stamps, truth.trajectory.stamps)
         assert sensed.log.base_from_lidar == truth.base_from_lidar
-        assert not sensed.replaced.any()
+        assert not sensed.outliers.any()
 
 
 def test_errors_at_two_levels_differ_by_scale_alone(mission: Mission) -> None:
@@ -114,7 +114,7 @@ class Recorded:
         return draw
 
 
-def recorded(monkeypatch: pytest.MonkeyPatch, truth: RobotTruth, noise: Noise) -> tuple[Recorder, Sensed]:
+def recorded(monkeypatch: pytest.MonkeyPatch, truth: RobotTruth, noise: Noise) -> tuple[Recorder, SensedLog]:
     recorder = Recorder()
     monkeypatch.setattr("sim.sensors.noise.stream", recorder)
     monkeypatch.setattr("sim.sensors.range_noise.stream", recorder)
@@ -147,14 +147,14 @@ def test_a_component_hears_its_own_stream_alone(name: str, mission: Mission, mon
     truth = mission.robots[0]
     noise = QUIET.with_fields([(name, OTHER_VALUES.get(name, (0.3,))[0])])
 
-    def with_streams_moved(moved: set[Role]) -> Sensed:
+    def with_streams_moved(moved: set[Role]) -> SensedLog:
         for module in ("sim.sensors.noise", "sim.sensors.range_noise"):
             monkeypatch.setattr(
                 f"{module}.stream", lambda seed, role, index: stream(seed + (role in moved), role, index)
             )
         return sense(truth, noise, 7, 0)
 
-    def same(a: Sensed, b: Sensed) -> bool:
+    def same(a: SensedLog, b: SensedLog) -> bool:
         return np.array_equal(ranges(a), ranges(b)) and np.array_equal(a.log.odometry.poses, b.log.odometry.poses)
 
     roles = {role for role in DRAWS_OF.values() if role is not None}
@@ -195,7 +195,7 @@ def test_a_component_is_set_by_its_name_and_nothing_else_changes() -> None:
 
 def test_an_unknown_component_is_refused_with_the_known_ones() -> None:
     for name in ("lidar.sigma", "range_sigma", "lidar", "odometry.", "robot.alpha1"):
-        with pytest.raises(ValueError, match=rf"{name} is no component of the noise; known are lidar\.range_sigma, "):
+        with pytest.raises(ValueError, match=rf"noise component .{name}. is unknown; known are lidar\.range_sigma, "):
             Noise().with_fields([(name, 1.0)])
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from mapping.geometry.se2 import SE2, wrap_angle
 from mapping.robot.trajectory import Trajectory
-from sim.sensors.odometry import STANDING, OdometryNoise, WheelBias, draw_bias, drifted
+from sim.sensors.odometry import STANDING, OdometryNoise, WheelBias, draw_bias, simulate_odometry
 
 SOUND = WheelBias(0.0, 0.0, 0.0)
 ALPHAS_ALONE = OdometryNoise(radius_sigma=0.0, track_sigma=0.0, veer_sigma=0.0)
@@ -59,7 +59,7 @@ def step_by_step(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: n
 @pytest.mark.parametrize("bias", [SOUND, WheelBias(0.02, -0.03, 0.01)])
 def test_it_is_the_odometry_motion_model(bias: WheelBias) -> None:
     true, noise = wandering(400), OdometryNoise(0.05, 0.04, 0.1, 0.03)
-    fast = drifted(true, noise, bias, np.random.default_rng(8))
+    fast = simulate_odometry(true, noise, bias, np.random.default_rng(8))
     slow = step_by_step(true, noise, bias, np.random.default_rng(8))
     for k in range(0, 401, 40):
         assert fast.poses[k, :2] == pytest.approx((slow[k].x, slow[k].y), abs=1e-6)
@@ -68,14 +68,14 @@ def test_it_is_the_odometry_motion_model(bias: WheelBias) -> None:
 
 def test_without_noise_it_is_the_path_from_its_start_bit_for_bit() -> None:
     true = wandering(300)
-    exact = drifted(true, OdometryNoise().scaled(0.0), SOUND, np.random.default_rng(1))
+    exact = simulate_odometry(true, OdometryNoise().scaled(0.0), SOUND, np.random.default_rng(1))
     assert np.array_equal(exact.poses, true.from_start().poses)
 
 
 def test_it_starts_at_the_identity_and_a_standing_robot_does_not_drift() -> None:
     standing = Trajectory(np.arange(50.0), np.tile((1.0, 2.0, 0.3), (50, 1)))
     for true in (standing, wandering(20)):
-        poses = drifted(true, OdometryNoise(), WheelBias(0.01, 0.02, 0.03), np.random.default_rng(1)).poses
+        poses = simulate_odometry(true, OdometryNoise(), WheelBias(0.01, 0.02, 0.03), np.random.default_rng(1)).poses
         assert np.allclose(poses if true is standing else poses[0], 0.0, atol=1e-12)
 
 
@@ -84,7 +84,7 @@ def final_errors(true: Trajectory, noise: OdometryNoise, runs: int = 300) -> np.
     errors = []
     for seed in range(runs):
         bias = draw_bias(noise, np.random.default_rng((seed, 1)))
-        errors.append(drifted(true, noise, bias, np.random.default_rng(seed)).poses[-1] - end)
+        errors.append(simulate_odometry(true, noise, bias, np.random.default_rng(seed)).poses[-1] - end)
     return np.array(errors)
 
 
@@ -114,15 +114,19 @@ def turning(radians: float, steps: int) -> Trajectory:
 def test_a_biased_robot_stretches_straight_ways_and_veers_off_them(direction: float) -> None:
     quiet, rng = OdometryNoise().scaled(0.0), np.random.default_rng(0)
     true = straight(10.0, 50, direction)
-    assert drifted(true, quiet, WheelBias(0.01, 0.0, 0.0), rng).poses[-1] == pytest.approx((10.1 * direction, 0, 0))
-    arc = drifted(true, quiet, WheelBias(0.0, 0.5, 0.02), rng).poses[-1]
+    assert simulate_odometry(true, quiet, WheelBias(0.01, 0.0, 0.0), rng).poses[-1] == pytest.approx(
+        (10.1 * direction, 0, 0)
+    )
+    arc = simulate_odometry(true, quiet, WheelBias(0.0, 0.5, 0.02), rng).poses[-1]
     assert arc[2] == pytest.approx(0.2 * direction)
     assert arc[0] == pytest.approx(direction * math.sin(0.2) / 0.02, rel=1e-4)  # an arc of radius 50 m
     assert arc[1] == pytest.approx((1 - math.cos(0.2)) / 0.02, rel=1e-4)
 
 
 def test_a_biased_robot_turns_too_far_by_a_share_of_the_turn() -> None:
-    end = drifted(turning(-8.0, 40), OdometryNoise().scaled(0.0), WheelBias(0.1, 0.02, 0.3), np.random.default_rng(0))
+    end = simulate_odometry(
+        turning(-8.0, 40), OdometryNoise().scaled(0.0), WheelBias(0.1, 0.02, 0.3), np.random.default_rng(0)
+    )
     assert end.poses[-1] == pytest.approx((0.0, 0.0, -8.16))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mapping.robot.scan import LidarScan
-from sim.sensors.range_noise import RangeNoise, noisy, range_draws
+from sim.sensors.range_noise import RangeNoise, add_range_noise, range_draws
 
 QUIET = RangeNoise().scaled(0.0)
 
@@ -17,7 +17,9 @@ QUIET = RangeNoise().scaled(0.0)
 def read(distance: float, noise: RangeNoise, scans: int = 300, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """What a lidar of 360 beams, 0.15 to 12 m, reads of a round room, and what the noise replaced, (scans, 360)."""
     scan = LidarScan(0.0, -math.pi, math.tau / 360, 0.15, 12.0, np.full(360, distance, np.float32))
-    pairs = [noisy(scan, noise, draws) for draws, _ in zip(range_draws(seed, 0, 360), range(scans), strict=False)]
+    pairs = [
+        add_range_noise(scan, noise, draws) for draws, _ in zip(range_draws(seed, 0, 360), range(scans), strict=False)
+    ]
     return np.array([pair[0].ranges for pair in pairs], float), np.array([pair[1] for pair in pairs])
 
 
@@ -89,7 +91,7 @@ def test_jitter_shows_where_walls_are_slanted() -> None:
     wall = LidarScan(0.0, angles[0], math.radians(1.0), 0.1, 30.0, (3.0 / np.cos(angles)).astype(np.float32))
     noise = replace(QUIET, angle_sigma=0.002)
     scans = zip(range_draws(1, 0, 90), range(2000), strict=False)
-    errors = np.array([noisy(wall, noise, draws)[0].ranges for draws, _ in scans]) - wall.ranges
+    errors = np.array([add_range_noise(wall, noise, draws)[0].ranges for draws, _ in scans]) - wall.ranges
     slope = 3.0 * np.sin(angles) / np.cos(angles) ** 2  # dr/da
     steep = slice(5, 30)
     assert errors[:, steep].std(axis=0) == pytest.approx(0.002 * np.abs(slope[steep]), rel=0.12)
