@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 
 from mapping.map_set import MapSet
-from merge.multimap.pipeline import solve
+from merge.multimap import verdicts
+from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
+from merge.multimap.clustering import cluster_maps
+from merge.multimap.graph import Cluster, ClusterAlignment, Pair
+from merge.multimap.joint_icp import joint_icp
+from merge.multimap.pair_selection import in_matching_order, score_all, select
+from merge.multimap.pose_graph import join_clusters, refit_cluster
 from merge.multimap.results import merge_result
-from merge.multimap.team import Team
+from merge.multimap.team import Answers, Solution, Team
 from merge.pair.feature_cache import FeatureCache
-from merge.pair.matching import PairTask, Runner, match, run_tasks
+from merge.pair.pipeline import GuidedTask, match, match_near
+from merge.pair.task import PairTask, Runner, run_tasks
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 
@@ -70,3 +77,133 @@ def _check_names(maps: MapSet, settings: MergeSettings) -> None:
     for option, name in [*named, *(("prior", prior.name) for prior in settings.priors)]:
         if name not in maps.names:
             raise ValueError(f"{option} is {name!r}, must be the name of a map: {', '.join(maps.names)}")
+
+
+def solve(team: Team, known: Answers) -> Solution:
+    """Match the pairs of a team, cluster the maps, and refine each cluster; ``known`` pairs are not matched again."""
+    scores = score_all(team, known)
+    answers = match_pairs(team, known, select(team, scores, known))
+    clusters = cluster(team, answers)
+    for _ in range(team.settings.multimap.selection.rounds - 1):
+        selected = select(team, scores, answers, clusters)
+        if not selected:
+            break
+        answers = match_pairs(team, answers, selected)
+        clusters = cluster(team, answers)
+    refined = []
+    for each in clusters:
+        each, answers = refine_cluster(team, answers, each)
+        refined.append(each)
+    solution = merge_clusters(team, Solution(tuple(refined), answers))
+    return Solution(solution.clusters, _complete(team, solution))
+
+
+def match_pairs(team: Team, answers: Answers, pairs: Sequence[Pair]) -> Answers:
+    """Match pairs; those with a prior again near it, where they contradict it or were refused."""
+    pairs = in_matching_order(pairs)
+    found = dict(zip(pairs, team.run(match, [team.task(pair) for pair in pairs]), strict=True))
+    again = []
+    for pair, answer in found.items():
+        expected = team.expected.get((answer.target, answer.source))
+        if expected is not None and verdicts.needs_prior_search(answer, expected):
+            again.append((pair, expected))
+    tasks = [GuidedTask(team.task(pair), expected) for pair, expected in again]
+    for (pair, expected), near in zip(again, team.run(match_near, tasks), strict=True):
+        found[pair] = verdicts.with_prior(found[pair], near, expected)
+    return {**answers, **found}
+
+
+def cluster(team: Team, answers: Answers) -> list[Cluster]:
+    """Cluster the maps by the accepted answers that agree with one another and with the cells."""
+    edges = [team.edge(answers[pair]) for pair in sorted(answers) if answers[pair].accepted]
+    return cluster_maps(len(team.maps), edges, team.model)
+
+
+def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:
+    """Add the pairs that a cluster predicts, and refine its poses on the cells of all pairs."""
+    if len(cluster.poses) == 1:
+        return cluster, answers
+    cluster, answers = match_predicted_pairs(team, answers, cluster)
+    tolerances = {
+        pair: answer.evidence.tolerance_cells
+        for pair, answer in answers.items()
+        if answer.evidence is not None and answer.accepted
+    }
+    settings = team.settings.multimap.joint_icp
+    return joint_icp(
+        cluster, team.likelihood.prepared, tolerances, team.scale.fixed, settings, team.settings.alignment
+    ), answers
+
+
+def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:
+    """Match the other pairs of a cluster again where it puts them, and refit it on those that agree."""
+    joined = {edge.pair for edge in cluster.edges}
+    others = [pair for pair in combinations(sorted(cluster.poses), 2) if pair not in joined]
+    least = team.settings.multimap.clustering.guided_log_odds
+    near = [pair for pair in others if team.likelihood(*pair, cluster.target_from_source(*pair)) >= least]
+    found = dict(zip(near, _match_where_predicted(team, cluster, near), strict=True))
+    updated, edges = dict(answers), list(cluster.edges)
+    for pair in others:
+        guided = found.get(pair)
+        agrees = guided is not None and guided.accepted and team.agrees(guided, cluster)
+        accepted = verdicts.with_guided_answer(answers.get(pair), guided, agrees)
+        if accepted is not None:
+            edges.append(team.edge(accepted))
+        updated[pair] = accepted or verdicts.outside_graph(answers.get(pair), team.task(pair), pair in found)
+    if len(edges) > len(cluster.edges):
+        cluster = refit_cluster(Cluster(cluster.poses, tuple(edges)), edges, team.model)
+    return cluster, updated
+
+
+def merge_clusters(team: Team, solution: Solution) -> Solution:
+    """Merge clusters that refused answers and the match of their fused maps join, the largest first."""
+    clusters, answers = list(solution.clusters), solution.answers
+    tried: set[tuple[frozenset[int], frozenset[int]]] = set()
+    while True:
+        by_size = sorted(clusters, key=lambda each: (-len(each.poses), each.root))
+        for first, second in combinations(by_size, 2):
+            key = frozenset(first.poses), frozenset(second.poses)
+            if len(first.poses) == 1 or key in tried:
+                continue
+            tried.add(key)
+            found = match_fused_clusters(team, answers, first, second)
+            both = None if found is None else _merge(team, answers, first, second, found)
+            if both is not None:
+                merged, answers = refine_cluster(team, both[1], both[0])
+                clusters = [*(each for each in clusters if each not in (first, second)), merged]
+                break
+        else:
+            return Solution(tuple(sorted(clusters, key=lambda each: each.root)), answers)
+
+
+def _merge(
+    team: Team, answers: Answers, first: Cluster, second: Cluster, found: FusedMatch
+) -> tuple[Cluster, Answers] | None:
+    """Join two clusters on the refused pairs that agree with the match of their fused maps; None if none does."""
+    both = placed_together(first, second, found.first_from_second)
+    accepted: dict[Pair, PairResult] = {}
+    for pair, guided in zip(found.pairs, _match_where_predicted(team, both, found.pairs), strict=True):
+        agrees = guided.target_from_source is not None and team.agrees(guided, both)
+        answer = verdicts.with_agreeing_refusals(answers[pair], guided, agrees, found.confidence)
+        if answer is not None:
+            accepted[pair] = answer
+    if not accepted:
+        return None
+    edges = tuple(team.edge(answer) for answer in accepted.values())
+    alignment = ClusterAlignment(found.first_from_second, edges, 0.0)
+    return join_clusters(first, second, alignment, team.model), {**answers, **accepted}
+
+
+def _match_where_predicted(team: Team, cluster: Cluster, pairs: Sequence[Pair]) -> list[PairResult]:
+    tasks = [team.task(pair) for pair in pairs]
+    return team.run(match_near, [GuidedTask(task, team.metric(cluster, *task.names)) for task in tasks])
+
+
+def _complete(team: Team, solution: Solution) -> Answers:
+    """Give every pair its final verdict."""
+    root_of = {index: each.root for each in solution.clusters for index in each.poses}
+    answers = dict(solution.answers)
+    for pair in team.pairs:
+        if pair not in answers or root_of[pair[0]] != root_of[pair[1]]:
+            answers[pair] = verdicts.across_clusters(answers.get(pair), team.task(pair))
+    return answers

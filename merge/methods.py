@@ -1,50 +1,53 @@
-"""The methods of merging by name: built-in ones, and those that a user registers."""
+"""Methods of merging: the interfaces that they implement, and their names, built-in or registered by a user."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
 
-from merge.literature.chen2021.morphology import Morphology
-from merge.literature.chen2021.sift import Sift
-from merge.literature.genetic import Genetic
-from merge.literature.hough import Hough
-from merge.literature.icp import Icp
-from merge.literature.plain_orb import PlainOrb
-from merge.literature.published import Published
-from merge.literature.random_walk import RandomWalk
-from merge.literature.stitching import Stitching
-from merge.proposers.correlation import CorrelationSettings
-from merge.proposers.landmarks import Landmarks
-from merge.proposers.normal_correlation import NormalCorrelation
-from merge.proposers.orb import Orb
-from merge.proposers.proposer import Proposer
-from merge.proposers.second_best import SECOND_BEST
+import numpy as np
+
+from mapping.geometry.scale_range import ScaleRange
+from merge.preparation.prepared_map import PreparedMap
+from merge.records.pair_answer import PairAnswer
+from merge.records.proposal import Proposal
+
+Description = TypeVar("Description")
 
 
-@dataclass(frozen=True)
-class ProposerSettings:
-    """Settings of all proposers: those of ``quilt``, the search for the second best, and the methods of literature.
+class Proposer(Protocol[Description]):
+    """A method that describes each map once, then proposes transforms for each pair.
 
-    The variants ``as_published`` have the values of the publication; the others are tuned for use as proposers.
+    Proposals may be of any number, order and quality: alignment, verification and acceptance are common to all methods.
     """
 
-    orb: Orb = field(default_factory=Orb)
-    landmarks: Landmarks = field(default_factory=Landmarks)
-    normal_correlation: NormalCorrelation = field(default_factory=NormalCorrelation)
-    second_best: CorrelationSettings = SECOND_BEST
-    sift: Sift = field(default_factory=Sift)
-    sift_as_published: Sift = field(default_factory=Sift.as_published)
-    sift_orb: Sift = field(default_factory=lambda: Sift("orb"))
-    sift_orb_as_published: Sift = field(default_factory=lambda: Sift.as_published("orb"))
-    morphology: Morphology = field(default_factory=Morphology)
-    plain_orb: PlainOrb = field(default_factory=PlainOrb)
-    stitching: Stitching = field(default_factory=Stitching)
-    hough: Hough = field(default_factory=Hough)
-    random_walk: RandomWalk = field(default_factory=RandomWalk)
-    genetic: Genetic = field(default_factory=Genetic)
-    icp: Icp = field(default_factory=Icp)
+    def describe(self, prepared: PreparedMap) -> Description:
+        """Compute all that the method needs of one map; called once for all pairs of the map."""
+        ...
+
+    def propose(
+        self, target: Description, source: Description, scale: ScaleRange, rng: np.random.Generator
+    ) -> tuple[Proposal, ...]:
+        """Propose transforms, best first, with scales [cells per cell] in the range; empty if there are none."""
+        ...
+
+
+class Published(Protocol[Description]):
+    """A method as it was published, with its own answer and its own acceptance rule.
+
+    The confidence is its own score, mapped to 0 to 1: it ranks answers and is no probability.
+    """
+
+    def describe(self, prepared: PreparedMap) -> Description:
+        """Compute all that the method needs of one map."""
+        ...
+
+    def published(
+        self, target: Description, source: Description, scale: ScaleRange, rng: np.random.Generator
+    ) -> PairAnswer:
+        """Return the answer of the method by itself. A rigid method uses the middle of the scale range."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -99,22 +102,9 @@ def method_names() -> tuple[str, ...]:
 
 def published_names() -> tuple[str, ...]:
     """List the names of the methods that have an answer of their own (``as_published``)."""
-    return tuple(name for name in method_names() if _method(name).published is not None)
+    return tuple(name for name in method_names() if method_named(name).published is not None)
 
 
-def proposers_of(name: str, settings: ProposerSettings) -> tuple[Proposer[Any], ...]:
-    """Build the proposers of a method."""
-    return tuple(getattr(settings, each) if isinstance(each, str) else each for each in _method(name).proposers)
-
-
-def published_of(name: str, settings: ProposerSettings) -> Published[Any]:
-    """Build a method that answers as published."""
-    found = _method(name).published
-    if found is None:
-        raise ValueError(f"method {name!r} has no answer of its own as published")
-    built: Published[Any] = getattr(settings, found) if isinstance(found, str) else found
-    return built
-
-
-def _method(name: str) -> Method:
+def method_named(name: str) -> Method:
+    """Return a method by its name."""
     return _BUILT_IN.get(name) or _registered[name]

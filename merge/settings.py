@@ -10,12 +10,49 @@ from typing import Any
 from mapping.geometry.scale_range import ScaleRange
 from merge.alignment.settings import AlignmentSettings
 from merge.fusion import FUSIONS, FusionName
-from merge.methods import Method, ProposerSettings, method_names, published_names, register, registered
+from merge.literature.chen2021.morphology import Morphology
+from merge.literature.chen2021.sift import Sift
+from merge.literature.genetic import Genetic
+from merge.literature.hough import Hough
+from merge.literature.icp import Icp
+from merge.literature.plain_orb import PlainOrb
+from merge.literature.random_walk import RandomWalk
+from merge.literature.stitching import Stitching
+from merge.methods import Method, Proposer, Published, method_named, method_names, published_names, register, registered
 from merge.multimap.settings import MultimapSettings
 from merge.pair.settings import PairSettings
 from merge.preparation.settings import PreparationSettings
+from merge.proposers.correlation import CorrelationSettings
+from merge.proposers.landmarks import Landmarks
+from merge.proposers.normal_correlation import NormalCorrelation
+from merge.proposers.orb import Orb
+from merge.proposers.second_best import SECOND_BEST
 from merge.records.prior import Prior, PriorSettings, expected_places
 from merge.verification.settings import AcceptanceSettings, UncertaintySettings
+
+
+@dataclass(frozen=True)
+class ProposerSettings:
+    """Settings of all proposers: those of ``quilt``, the search for the second best, and the methods of literature.
+
+    The variants ``as_published`` have the values of the publication; the others are tuned for use as proposers.
+    """
+
+    orb: Orb = field(default_factory=Orb)
+    landmarks: Landmarks = field(default_factory=Landmarks)
+    normal_correlation: NormalCorrelation = field(default_factory=NormalCorrelation)
+    second_best: CorrelationSettings = SECOND_BEST
+    sift: Sift = field(default_factory=Sift)
+    sift_as_published: Sift = field(default_factory=Sift.as_published)
+    sift_orb: Sift = field(default_factory=lambda: Sift("orb"))
+    sift_orb_as_published: Sift = field(default_factory=lambda: Sift.as_published("orb"))
+    morphology: Morphology = field(default_factory=Morphology)
+    plain_orb: PlainOrb = field(default_factory=PlainOrb)
+    stitching: Stitching = field(default_factory=Stitching)
+    hough: Hough = field(default_factory=Hough)
+    random_walk: RandomWalk = field(default_factory=RandomWalk)
+    genetic: Genetic = field(default_factory=Genetic)
+    icp: Icp = field(default_factory=Icp)
 
 
 @dataclass(frozen=True)
@@ -64,6 +101,21 @@ class MergeSettings:
         """Pickle the settings with the method that a user registered, so that worker processes know it."""
         values = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
         return _unpickled, (registered(self.method), values)
+
+    @property
+    def chosen_proposers(self) -> tuple[Proposer[Any], ...]:
+        """Proposers of the method, in order."""
+        named = method_named(self.method).proposers
+        return tuple(getattr(self.proposers, each) if isinstance(each, str) else each for each in named)
+
+    @property
+    def chosen_published(self) -> Published[Any]:
+        """The method as published. Raises ``ValueError`` if it has no answer of its own."""
+        named = method_named(self.method).published
+        if named is None:
+            raise ValueError(f"method {self.method!r} has no answer of its own as published")
+        published: Published[Any] = getattr(self.proposers, named) if isinstance(named, str) else named
+        return published
 
     @property
     def title(self) -> str:

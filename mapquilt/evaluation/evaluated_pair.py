@@ -18,7 +18,8 @@ from mapquilt.evaluation.transform_error import (
     transform_error,
 )
 from merge.records.evidence import Evidence
-from merge.records.result import Alternative, PairResult
+from merge.records.pair_answer import Alternative
+from merge.records.result import PairResult
 
 Outcome = Literal["true accept", "false accept", "false reject", "true reject"]
 

@@ -18,7 +18,7 @@ from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.json_file import similarity_record
 from mapquilt.merging.merge_schema import RENAMED
 from merge.records.evidence import Evidence
-from merge.records.result import Alternative
+from merge.records.pair_answer import Alternative
 
 TRANSFORM = ("x", "y", "yaw", "scale")
 ERRORS = tuple(field.name for field in dataclasses.fields(TransformError))

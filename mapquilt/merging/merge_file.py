@@ -17,7 +17,8 @@ from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
 from merge.records.evidence import Evidence
-from merge.records.result import Alternative, MergedGroup, MergeResult, PairResult
+from merge.records.pair_answer import Alternative
+from merge.records.result import MergedGroup, MergeResult, PairResult
 from merge.records.verdict import Refusal
 from merge.settings import MergeSettings
 

@@ -14,8 +14,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import add_equations, add_equations_back
 from merge.alignment.settings import IcpSettings
 from merge.preparation.prepared_map import PreparedMap
-from merge.preparation.surface import Surface
-from merge.verification.wall_overlap import thinned
+from merge.preparation.surface import Surface, thinned
 
 Thinned = tuple[NDArray[np.intp], float]
 """Indices of points, and the number of points that each represents."""

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.poses import Poses, matrices
-from merge.literature.published import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.verification.cell_overlap import centres
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +70,9 @@ class Genetic:
         if not self.blurs_cells or not all(0.0 < blur < math.inf for blur in self.blurs_cells):
             raise ValueError(f"Genetic: blurs_cells is {self.blurs_cells}, must be positive and finite")
 
-    def describe(self, chart: PreparedMap) -> Likelihood:
+    def describe(self, prepared: PreparedMap) -> Likelihood:
         """Compute the map's likelihood fields, and sample its walls."""
-        grid = chart.grid
+        grid = prepared.grid
         points = centres(grid.occupied)
         kept = np.linspace(0, len(points) - 1, min(len(points), self.walls)).astype(np.intp)
         middle = points.mean(axis=0) if len(points) else np.zeros(2)

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.literature.published import accept_by_score, no_answer
+from merge.literature.acceptance import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.verification.cell_overlap import centres, compare_cells
+from merge.verification.cell_overlap import compare_cells
 
 DEGREES = 360
 
@@ -51,10 +52,10 @@ class Hough:
         if not 0.0 < self.acceptance_index <= 1.0:
             raise ValueError(f"Hough: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
-    def describe(self, chart: PreparedMap) -> WallCells:
+    def describe(self, prepared: PreparedMap) -> WallCells:
         """Collect the map's walls and their spectrum."""
-        points = centres(chart.grid.occupied)
-        return WallCells(chart.grid, points, hough_spectrum(points))
+        points = centres(prepared.grid.occupied)
+        return WallCells(prepared.grid, points, hough_spectrum(points))
 
     def propose(
         self, target: WallCells, source: WallCells, scale: ScaleRange, rng: np.random.Generator

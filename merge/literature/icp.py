@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from merge.literature.acceptance import no_answer
 from merge.literature.nearest_wall import Complex, NearestWall
-from merge.literature.published import no_answer
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
 from merge.records.verdict import Reason, Refusal, Verdict
-from merge.verification.cell_overlap import centres
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +59,9 @@ class Icp:
             if not 0.0 < getattr(self, name) < math.inf:
                 raise ValueError(f"Icp: {name} is {getattr(self, name)}, must be positive and finite")
 
-    def describe(self, chart: PreparedMap) -> Shape:
+    def describe(self, prepared: PreparedMap) -> Shape:
         """Collect the map's walls, and an even sample of them."""
-        cells = centres(chart.grid.occupied)
+        cells = centres(prepared.grid.occupied)
         points = cells[:, 0] + 1j * cells[:, 1]
         kept = np.linspace(0, len(points) - 1, min(len(points), self.points)).astype(np.intp)
         return Shape(points, points[kept])

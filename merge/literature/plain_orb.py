@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
-from merge.literature.published import accept_by_score, no_answer
+from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.similarity_ransac import RansacFit, ransac_similarity
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.orb import SMALLEST_SIDE, Keypoints
+from merge.proposers.keypoints import Keypoints, detect_orb
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
 
@@ -34,17 +34,11 @@ class PlainOrb:
             if not getattr(self, name) > 0:
                 raise ValueError(f"PlainOrb: {name} is {getattr(self, name)}, must be positive")
 
-    def describe(self, chart: PreparedMap) -> Keypoints:
+    def describe(self, prepared: PreparedMap) -> Keypoints:
         """Detect the map's keypoints; none on a blank or very small map."""
-        picture = trinary_picture(chart.grid)
-        nothing = Keypoints(np.empty((0, 2)), np.empty((0, 32), dtype=np.uint8))
-        if min(picture.shape) < SMALLEST_SIDE:
-            return nothing
-        keypoints, descriptors = cv2.ORB.create(nfeatures=self.features).detectAndCompute(picture, None)
-        if descriptors is None:
-            return nothing
-        pixels = np.array([keypoint.pt for keypoint in keypoints], dtype=np.float64)
-        return Keypoints(cells_from_pixels(pixels, picture.shape[0]), descriptors.astype(np.uint8))
+        picture = trinary_picture(prepared.grid)
+        pixels, descriptors = detect_orb(picture, cv2.ORB.create(nfeatures=self.features))
+        return Keypoints(cells_from_pixels(pixels, picture.shape[0]), descriptors)
 
     def propose(
         self, target: Keypoints, source: Keypoints, scale: ScaleRange, rng: np.random.Generator

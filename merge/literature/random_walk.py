@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.poses import Poses, inverses, matrices
-from merge.literature.published import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.verification.cell_overlap import centres, compare_cells
+from merge.verification.cell_overlap import compare_cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +81,9 @@ class RandomWalk:
         if not 0.0 < self.acceptance_index <= 1.0:
             raise ValueError(f"RandomWalk: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
-    def describe(self, chart: PreparedMap) -> Valued:
+    def describe(self, prepared: PreparedMap) -> Valued:
         """Collect the map's cells and distances by value."""
-        grid = chart.grid
+        grid = prepared.grid
         masks = grid.free, grid.occupied
         cells = [centres(mask) for mask in masks]
         kept = [c[np.linspace(0, len(c) - 1, min(len(c), self.cells)).astype(np.intp)] for c in cells]

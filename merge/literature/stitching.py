@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.literature.published import accept_by_score, no_answer
+from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.similarity_ransac import RansacFit
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
@@ -50,9 +50,9 @@ class Stitching:
         if self.least_matches < 3:
             raise ValueError(f"Stitching: least_matches is {self.least_matches}, must be at least 3")
 
-    def describe(self, chart: PreparedMap) -> Any:
+    def describe(self, prepared: PreparedMap) -> Any:
         """Compute OpenCV's ``ImageFeatures`` of the map; their points are cells less one half."""
-        picture = np.ascontiguousarray(chart.grid.occupancy()).view(np.uint8)
+        picture = np.ascontiguousarray(prepared.grid.occupancy()).view(np.uint8)
         missing = [max(0, LEAST_SIDE - side) for side in picture.shape]
         picture = np.pad(picture, [(0, cells) for cells in missing], constant_values=UNKNOWN_BYTE)
         return cv2.detail.computeImageFeatures2(cv2.AKAZE.create(), picture)

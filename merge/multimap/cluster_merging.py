@@ -16,7 +16,8 @@ from merge.fusion import fuse
 from merge.multimap.cluster_alignment import align_clusters
 from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair, pairs_of
 from merge.multimap.team import Answers, Team
-from merge.pair.matching import PairTask, match
+from merge.pair.pipeline import match
+from merge.pair.task import PairTask
 from merge.records.result import PairResult
 
 

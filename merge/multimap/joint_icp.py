@@ -15,7 +15,8 @@ from merge.multimap.overlap_likelihood import prepared_from_local
 from merge.multimap.pose_graph import optimise_poses
 from merge.multimap.settings import JointIcpSettings
 from merge.preparation.prepared_map import PreparedMap
-from merge.verification.wall_overlap import measure_wall_overlap, thinned
+from merge.preparation.surface import thinned
+from merge.verification.wall_overlap import measure_wall_overlap
 
 Prepared = Callable[[int], PreparedMap]
 """From the index of a map to the prepared map."""

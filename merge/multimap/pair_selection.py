@@ -14,7 +14,7 @@ from mapping.seeds import Role, stream
 from merge.multimap.graph import Cluster, Pair
 from merge.multimap.team import Answers, Team
 from merge.pair.feature_cache import FeatureCache
-from merge.pair.matching import PairTask, canonical_order
+from merge.pair.task import PairTask, canonical_order
 from merge.verification.wall_overlap import measure_wall_overlap
 
 

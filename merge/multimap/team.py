@@ -15,7 +15,7 @@ from mapping.map_set import MapSet
 from merge.multimap.graph import Cluster, ConsistencyModel, Edge, LocalFrame, Pair, edge_from_answer
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
-from merge.pair.matching import PairTask, Runner, canonical_order, run_tasks
+from merge.pair.task import PairTask, Runner, canonical_order, run_tasks
 from merge.preparation.settings import PreparationSettings
 from merge.records.prior import Expected, expected_places
 from merge.records.result import PairResult

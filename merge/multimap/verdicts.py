@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from merge.pair.matching import PairTask
+from merge.pair.task import PairTask
 from merge.records.prior import Expected
 from merge.records.result import DecidedBy, PairResult
 from merge.records.verdict import Reason, Refusal

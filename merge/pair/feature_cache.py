@@ -14,10 +14,9 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
-from merge.literature.published import Published
+from merge.methods import Proposer, Published
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.settings import PreparationSettings
-from merge.proposers.proposer import Proposer
 
 KEPT = 40
 """Maps that a cache holds; the features of a map of 400 x 400 cells take about 8 MB."""

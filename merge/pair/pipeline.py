@@ -1,14 +1,18 @@
-"""The pipeline of one pair: propose, align, verify, accept or refuse."""
+"""The pipeline of one pair: propose, align, verify, accept or refuse. ``match`` starts it."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from mapping.seeds import Role, stream
 from merge.alignment.hypotheses import (
     Hypothesis,
     are_distinct,
@@ -19,18 +23,96 @@ from merge.alignment.hypotheses import (
     refine_with_care,
     tightest_tolerance,
 )
-from merge.pair.feature_cache import MapFeatures
+from merge.methods import Proposer
+from merge.pair.feature_cache import FeatureCache, MapFeatures, metres_from_prepared
+from merge.pair.task import PairTask, canonical_order, to_result
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.proposer import Proposer
 from merge.proposers.second_best import second_best_proposals
 from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative, PairAnswer
+from merge.records.prior import Expected
 from merge.records.proposal import Proposal
+from merge.records.result import PairResult
 from merge.records.verdict import Reason, Verdict
 from merge.settings import MergeSettings
 from merge.verification.acceptance import decide, margin
 from merge.verification.cell_overlap import compare_cells
 from merge.verification.uncertainty import uncertainty
+
+
+def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
+    """Match one pair. The answer depends neither on other maps nor on which of the two comes first."""
+    features = task.features(cache)
+    answer = _answer(*features, task.in_cells(task.scale, features), task.settings, task.seed)
+    if answer.verdict.accepted or task.settings.scale is not None or not task.scale.fixed:
+        return to_result(task, answer, features)
+    return to_result(task, _at_another_scale(task, features) or answer, features)
+
+
+def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
+    """Return a refusal that states the scale at which the maps match, if they match at another than they state.
+
+    None if they do not. Only the first proposer is asked, to save time.
+    """
+    answer = _answer(*features, task.in_cells(ScaleRange.free(), features), task.settings, task.seed, proposers=1)
+    if not answer.verdict.accepted:
+        return None
+    found = to_result(task, answer, features).target_from_source
+    if found is None or abs(math.log(found.scale)) < task.settings.pair.same_log_scale:
+        return None
+    return dataclasses.replace(
+        answer, verdict=Verdict.refuse(Reason.OTHER_SCALE, detail=f", {found.scale:.3g} times that")
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class GuidedTask:
+    """A pair to match near a ``guess``: target_from_source in metres, or a range of poses that a prior expects."""
+
+    pair: PairTask
+    guess: Similarity2 | Expected
+
+
+def match_near(task: GuidedTask, cache: FeatureCache | None = None) -> PairResult:
+    """Match a pair near its guess; other poses with a similar score do not make it ambiguous."""
+    pair = task.pair
+    features = pair.features(cache)
+    metres = [metres_from_prepared(grid.frame, each.prepared) for grid, each in zip(pair.grids, features, strict=True)]
+    scale = pair.in_cells(pair.scale, features)
+    if isinstance(task.guess, Expected):
+        guesses = task.guess.starts(features[0].prepared.diagonal, *metres)
+    else:
+        guesses = [metres[0].inverse() @ task.guess @ metres[1]]
+    guesses = [dataclasses.replace(guess, scale=scale.clip(guess.scale)) for guess in guesses]
+    return to_result(pair, merge_pair_near(*features, guesses, scale, pair.settings), features)
+
+
+def _answer(
+    target: MapFeatures,
+    source: MapFeatures,
+    scale: ScaleRange,
+    settings: MergeSettings,
+    seed: int,
+    proposers: int | None = None,
+) -> PairAnswer:
+    """Merge the pair in canonical order, by the first ``proposers`` of the method, or all."""
+    rng = stream(seed, Role.MERGE)
+    if canonical_order(target.prepared.grid) <= canonical_order(source.prepared.grid):
+        return _answer_in_order(target, source, scale, settings, rng, proposers)
+    return _answer_in_order(source, target, scale.inverse(), settings, rng, proposers).inverse()
+
+
+def _answer_in_order(
+    target: MapFeatures,
+    source: MapFeatures,
+    scale: ScaleRange,
+    settings: MergeSettings,
+    rng: np.random.Generator,
+    proposers: int | None,
+) -> PairAnswer:
+    if settings.as_published:
+        return settings.chosen_published.published(target.descriptions[0], source.descriptions[0], scale, rng)
+    return merge_pair(target, source, scale, settings.chosen_proposers[:proposers], rng, settings)
 
 
 def merge_pair(

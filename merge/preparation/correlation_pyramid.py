@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import sealed
-from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.settings import PreparationSettings
 
 Raster = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,22 +32,20 @@ class CorrelationPyramid:
     size: tuple[int, int]
 
     @staticmethod
-    def of(grid: OccupancyGrid, surface: NDArray[np.bool_], settings: PreparationSettings) -> CorrelationPyramid:
-        """Build the pyramid of a grid and its surface cells (rows, cols)."""
-        rows, cols = np.nonzero(grid.known)
+    def of(free: Mask, occupied: Mask, surface: Mask, settings: PreparationSettings) -> CorrelationPyramid:
+        """Build the pyramid of a map from its free, occupied and surface cells (rows, cols)."""
+        rows, cols = np.nonzero(free | occupied)
         if not rows.size:
             blank = (np.zeros((1, 1), np.float32),)
             return CorrelationPyramid(blank, blank, blank, (0, 0), (1, 1))
         box = slice(rows.min(), rows.max() + 1), slice(cols.min(), cols.max() + 1)
-        free = _free(grid, box, settings)
+        raster = _free(free[box], occupied[box], settings)
         size = int(np.ptp(cols)) + 1, int(np.ptp(rows)) + 1
         walls = surface[box].astype(np.float32)
-        away = cv2.distanceTransform(np.pad(grid.free[box], 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)[
-            1:-1, 1:-1
-        ]
-        deep = (away > max(2.0, settings.deep_share * math.hypot(*free.shape))).astype(np.float32)
+        away = cv2.distanceTransform(np.pad(free[box], 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1]
+        deep = (away > max(2.0, settings.deep_share * math.hypot(*raster.shape))).astype(np.float32)
         return CorrelationPyramid(
-            _pyramid(free, settings.coarsest_cells),
+            _pyramid(raster, settings.coarsest_cells),
             _pyramid(deep, settings.coarsest_cells),
             _pyramid(walls, settings.coarsest_cells),
             (int(cols.min()), int(rows.min())),
@@ -84,8 +82,7 @@ def _placing(
     return np.column_stack((turn, shift))
 
 
-def _free(grid: OccupancyGrid, box: tuple[slice, slice], settings: PreparationSettings) -> Raster:
-    free, occupied = grid.free[box], grid.occupied[box]
+def _free(free: Mask, occupied: Mask, settings: PreparationSettings) -> Raster:
     reach = max(2.0, settings.band_share * math.hypot(*free.shape))
     away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     band = np.where((away <= reach) & occupied.any(), np.float32(settings.behind_walls), np.float32(0.0))

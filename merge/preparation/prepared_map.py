@@ -8,14 +8,13 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array, sealed
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.correlation_pyramid import CorrelationPyramid
 from merge.preparation.settings import PreparationSettings
-from merge.preparation.surface import Indices, Surface
+from merge.preparation.surface import Indices, Surface, label_nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ class PreparedMap:
     @cached_property
     def layers(self) -> CorrelationPyramid:
         """Rasters of free space and walls for the correlation."""
-        return CorrelationPyramid.of(self.grid, _surface(self.grid), self.settings)
+        return CorrelationPyramid.of(self.grid.free, self.grid.occupied, _surface(self.grid), self.settings)
 
     @cached_property
     def middle(self) -> NDArray[np.float64]:
@@ -127,23 +126,6 @@ def _nearest(
         else:
             nearest[k] = np.iinfo(nearest.dtype).max
     return nearest
-
-
-def label_nearest(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
-    """Write the index of the nearest point into every cell (rows, cols)."""
-    elsewhere = np.ones(nearest.shape, dtype=np.uint8)
-    elsewhere[rows, cols] = 0
-    _, labels = cv2.distanceTransformWithLabels(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
-    index_of_label = np.zeros(int(labels[rows, cols].max()) + 1, nearest.dtype)
-    index_of_label[labels[rows, cols]] = index
-    _look_up(index_of_label, np.asarray(labels, np.int32), nearest)
-
-
-@njit(cache=True)
-def _look_up(table: Indices, labels: NDArray[np.int32], out: Indices) -> None:
-    for row in range(out.shape[0]):
-        for col in range(out.shape[1]):
-            out[row, col] = table[labels[row, col]]
 
 
 def _depth(grid: OccupancyGrid) -> NDArray[np.float32]:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from mapping.arrays import frozen_array
 
 Indices = NDArray[np.uint16] | NDArray[np.int32]
 
@@ -71,3 +75,33 @@ def normal_cosine(ax: float, ay: float, bx: float, by: float) -> float:
     if (ax == 0.0 and ay == 0.0) or (bx == 0.0 and by == 0.0):
         return 1.0
     return ax * bx + ay * by
+
+
+@lru_cache(maxsize=256)
+def thinned(length: int, most: int) -> tuple[NDArray[np.intp], float]:
+    """Return at most ``most`` indices evenly over ``length``, and the number of points that each represents."""
+    if length <= most:
+        return frozen_array(np.arange(length), np.intp), 1.0
+    return frozen_array(np.linspace(0, length - 1, most), np.intp), length / most
+
+
+def centres(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the centres (N, 2), x and y in cells (``PreparedMap``), of the set cells of a raster (rows, cols)."""
+    return np.argwhere(mask)[:, ::-1].astype(np.float64) + 0.5
+
+
+def label_nearest(nearest: Indices, rows: NDArray[np.intp], cols: NDArray[np.intp], index: NDArray[np.intp]) -> None:
+    """Write the index of the nearest point into every cell (rows, cols)."""
+    elsewhere = np.ones(nearest.shape, dtype=np.uint8)
+    elsewhere[rows, cols] = 0
+    _, labels = cv2.distanceTransformWithLabels(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
+    index_of_label = np.zeros(int(labels[rows, cols].max()) + 1, nearest.dtype)
+    index_of_label[labels[rows, cols]] = index
+    _look_up(index_of_label, np.asarray(labels, np.int32), nearest)
+
+
+@njit(cache=True)
+def _look_up(table: Indices, labels: NDArray[np.int32], out: Indices) -> None:
+    for row in range(out.shape[0]):
+        for col in range(out.shape[1]):
+            out[row, col] = table[labels[row, col]]

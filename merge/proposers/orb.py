@@ -12,19 +12,9 @@ from mapping.geometry.scale_range import ScaleRange
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
+from merge.proposers.keypoints import Keypoints, detect_orb, match_descriptors
 from merge.records.proposal import Proposal
 from merge.records.validation import require_valid
-
-SMALLEST_SIDE = 63
-"""Pixels from the border that ORB leaves out on either side, and one between; smaller pictures trouble OpenCV."""
-
-
-@dataclass(frozen=True, eq=False)
-class Keypoints:
-    """Keypoints (N, 2), x and y in cells of a ``PreparedMap``, and descriptors (N, 32) uint8."""
-
-    points: NDArray[np.float64]
-    descriptors: NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -67,33 +57,13 @@ class Orb:
         """Propose similarities with many inliers among the matched keypoints of one picture."""
         found: list[Proposal] = []
         for there, here in zip(target, source, strict=True):
-            index_there, index_here = match_bits(there.descriptors, here.descriptors, self.ratio)
+            index_there, index_here = match_descriptors(there.descriptors, here.descriptors, self.ratio)
             found += consensus(there.points[index_there], here.points[index_here], scale, rng, self.consensus)
         return tuple(found)
 
     def _detect(self, picture: NDArray[np.uint8], size: int, rows: int) -> Keypoints:
-        if min(picture.shape) < SMALLEST_SIDE:
-            return Keypoints(np.empty((0, 2)), np.empty((0, 32), dtype=np.uint8))
-        orb = cv2.ORB.create(nfeatures=self.features, fastThreshold=10)
-        keypoints, descriptors = orb.detectAndCompute(picture, None)
-        if descriptors is None:
-            return Keypoints(np.empty((0, 2)), np.empty((0, 32), dtype=np.uint8))
-        pixels = np.array([keypoint.pt for keypoint in keypoints], dtype=np.float64)
-        return Keypoints(cells_from_pixels(size * (pixels + 0.5) - 0.5, rows), descriptors.astype(np.uint8))
-
-
-def match_bits(
-    target: NDArray[np.uint8], source: NDArray[np.uint8], ratio: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Match bit descriptors: nearest by Hamming distance, and nearer than ``ratio`` times the second nearest.
-
-    Return indices (M,) into the target and (M,) into the source.
-    """
-    if len(target) < 2 or not len(source):
-        return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
-    neighbours = cv2.BFMatcher(cv2.NORM_HAMMING).knnMatch(source, target, k=2)
-    kept = [first for first, second in neighbours if first.distance < ratio * second.distance]
-    return np.array([m.trainIdx for m in kept], dtype=np.intp), np.array([m.queryIdx for m in kept], dtype=np.intp)
+        pixels, descriptors = detect_orb(picture, cv2.ORB.create(nfeatures=self.features, fastThreshold=10))
+        return Keypoints(cells_from_pixels(size * (pixels + 0.5) - 0.5, rows), descriptors)
 
 
 def _depth_picture(prepared: PreparedMap, white_share: float) -> NDArray[np.uint8]:

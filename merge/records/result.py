@@ -14,16 +14,8 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import Unit
 from merge.records.evidence import Evidence
+from merge.records.pair_answer import Alternative
 from merge.records.verdict import Reason, Refusal
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """Another transform that was found, as in ``PairResult``, and its alignment score (``Evidence.score``)."""
-
-    target_from_source: Similarity2
-    score: float
-
 
 DecidedBy = Literal["pair", "team", "prior"]
 

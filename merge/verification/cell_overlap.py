@@ -52,11 +52,6 @@ def compare_cells(target: OccupancyGrid, source: OccupancyGrid, target_from_sour
     return CommonCells(float(agree), float(disagree), float(smaller))
 
 
-def centres(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the centres (N, 2), x and y in cells (``PreparedMap``), of the set cells of a raster (rows, cols)."""
-    return np.argwhere(mask)[:, ::-1].astype(np.float64) + 0.5
-
-
 def _counts(below: OccupancyGrid, above: OccupancyGrid, below_from_above: Similarity2) -> tuple[int, int]:
     return _count(below.log_odds, above.log_odds, below_from_above.matrix())
 

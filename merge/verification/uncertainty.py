@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
-from merge.preparation.surface import nearest_points
-from merge.records.uncertainty import Uncertainty
+from merge.preparation.surface import nearest_points, thinned
+from merge.records.pair_answer import Uncertainty
 from merge.verification.settings import UncertaintySettings, WallOverlapSettings
-from merge.verification.wall_overlap import thinned, tolerance_cells
+from merge.verification.wall_overlap import tolerance_cells
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
-from merge.preparation.surface import Surface, depth_at, nearest_point, normal_cosine
+from merge.preparation.surface import Surface, depth_at, nearest_point, normal_cosine, thinned
 from merge.verification.settings import WallOverlapSettings
 
 
@@ -140,14 +138,6 @@ def _overlay(
         below.surface, above.surface, kept, below_from_above.matrix(), tolerances, min_cosine
     )
     return weight * lengths, weight * np.array([[xx, xy], [xy, yy]])
-
-
-@lru_cache(maxsize=256)
-def thinned(length: int, most: int) -> tuple[NDArray[np.intp], float]:
-    """Return at most ``most`` indices evenly over ``length``, and the number of points that each represents."""
-    if length <= most:
-        return frozen_array(np.arange(length), np.intp), 1.0
-    return frozen_array(np.linspace(0, length - 1, most), np.intp), length / most
 
 
 def _rotated(scatter: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:

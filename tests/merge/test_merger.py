@@ -13,7 +13,8 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.pixel_matrix import pixel_matrix
 from mapping.map_set import MapSet
 from merge import MergeSettings, ScaleRange, merge_maps
-from merge.pair.matching import PairTask, _at_another_scale
+from merge.pair.pipeline import _at_another_scale
+from merge.pair.task import PairTask
 from merge.preparation.settings import PreparationSettings
 from merge.records.verdict import Reason
 from merge.verification.settings import AcceptanceSettings

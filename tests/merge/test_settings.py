@@ -11,9 +11,10 @@ import pytest
 from mapping.geometry.similarity2 import Similarity2
 from merge import MergeSettings
 from merge.alignment.settings import AlignmentSettings, HypothesisSettings, PatchwiseSettings
-from merge.literature.published import no_answer
-from merge.methods import method_names, proposers_of, published_names, register
-from merge.pair.matching import PairTask, match
+from merge.literature.acceptance import no_answer
+from merge.methods import method_names, published_names, register
+from merge.pair.pipeline import match
+from merge.pair.task import PairTask
 from merge.preparation.settings import PreparationSettings
 from merge.records.proposal import Proposal
 from merge.records.verdict import Reason
@@ -96,7 +97,7 @@ def guess(monkeypatch):
 
 def test_a_registered_method_is_a_method_like_any_other(guess):
     assert "guess" in method_names() and "guess" in published_names()
-    assert proposers_of("guess", guess.proposers) == (Guess(),)
+    assert guess.chosen_proposers == (Guess(),)
     assert answer(guess).evidence is not None
     assert answer(replace(guess, as_published=True)).reason is Reason.NO_PUBLISHED_ANSWER
 

@@ -16,7 +16,7 @@ from merge.records.prior import SIGMA, Prior
 SERIAL_MAPS = 6
 """Up to so many maps, starting workers takes longer than they save."""
 
-PRELOADED = ("merge.multimap.pair_selection", "merge.multimap.guided_matching")
+PRELOADED = ("merge.multimap.pair_selection",)
 """What workers are asked to do, and all that it needs."""
 
 ReferenceOption = Annotated[

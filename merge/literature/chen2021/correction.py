@@ -2,19 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from merge.literature.chen2021.binarisation import Image, binarised
-from merge.literature.chen2021.closing import closed, closing_side
-from merge.literature.chen2021.corners import corners
 from merge.literature.chen2021.interest_points import Points, dilated, interest_points, tile_half
-from merge.literature.chen2021.main_direction import MainDirection, main_direction
-from merge.literature.chen2021.main_structure import main_structure
-from merge.literature.chen2021.straightening import Straightened, straightened
-from merge.literature.chen2021.wall_thickness import WallThickness, wall_thickness
+from merge.literature.chen2021.main_direction import DirectionSettings, MainDirection, main_direction
+from merge.literature.chen2021.main_structure import StructureSettings, corners, main_structure
+from merge.literature.chen2021.wall_picture import (
+    Image,
+    Straightened,
+    WallThickness,
+    binarised,
+    closed,
+    closing_side,
+    straightened,
+    wall_thickness,
+)
+from merge.records.validation import require_valid
+
+
+@dataclass(frozen=True)
+class CorrectionSettings:
+    """Settings of the correction of a map image.
+
+    - ``unknown_grey``: grey of unknown pixels; darker ones are walls;
+    - ``margin``: pixels left around the walls of the rotated picture;
+    - ``gap_cells``: side of the closing that bridges single missing cells before walls are measured;
+    - ``thick_share``: quantile of the thickness of the walls that a tile covers;
+    - ``direction``, ``structure``: settings of steps 5.2 and 5.5.
+    """
+
+    unknown_grey: int = 128
+    margin: int = 16
+    gap_cells: int = 3
+    thick_share: float = 0.9
+    direction: DirectionSettings = field(default_factory=DirectionSettings)
+    structure: StructureSettings = field(default_factory=StructureSettings)
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("thick_share",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,19 +73,19 @@ class Correction:
         return f"no main direction (sharpness {self.direction.sharpness:.2f}): not turned, links are drawn as they run"
 
 
-def corrected(picture: Image) -> Correction:
+def corrected(picture: Image, settings: CorrectionSettings = CorrectionSettings()) -> Correction:
     """Correct the grey picture (rows, cols) of a map, highest row first, whose walls are dark.
 
     Source: Chen 2021, sections 5.1 to 5.5. His manual parameters follow from the thickness of the walls. A picture
     without a main direction is not rotated.
     """
-    walls = binarised(picture)
-    direction = main_direction(walls)
-    turned = straightened(walls, direction.angle if direction.clear else 0.0)
-    thickness = wall_thickness(turned.walls)
+    walls = binarised(picture, settings.unknown_grey)
+    direction = main_direction(walls, settings.direction)
+    turned = straightened(walls, direction.angle if direction.clear else 0.0, settings.margin)
+    thickness = wall_thickness(turned.walls, settings.gap_cells, settings.thick_share)
     closing, half = closing_side(thickness.usual), tile_half(thickness.thick)
     mended = closed(turned.walls, closing)
     points = interest_points(mended, half)
-    structure = main_structure(dilated(mended, half), points, half, direction.clear)
-    found = corners(structure, half)
+    structure = main_structure(dilated(mended, half), points, half, direction.clear, settings.structure)
+    found = corners(structure, half, settings.structure)
     return Correction(picture, walls, direction, turned, thickness, closing, mended, half, points, structure, found)

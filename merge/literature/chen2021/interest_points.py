@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from merge.literature.chen2021.binarisation import Image
+from merge.literature.chen2021.wall_picture import Image
 
 Points = NDArray[np.intp]
 """Pixels (N, 2) u, v, from top to bottom and from left to right."""

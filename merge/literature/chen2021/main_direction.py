@@ -10,19 +10,35 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from merge.literature.chen2021.binarisation import WALL, Image
+from merge.literature.chen2021.wall_picture import WALL, Image
+from merge.records.validation import require_valid
 
 QUARTER_DEG = 90.0
-STEP_DEG, FINE_STEP_DEG, FINE_REACH_DEG = 0.5, 0.1, 2.0
-BESIDE_DEG = 5.0
-"""What lies nearer to the maximum is its own slope, and no other direction."""
 
-MOST_PIXELS = 40_000
-"""Pictures of more wall are halved first."""
 
-LEAST_SHARPNESS, LEAST_CONTRAST = 0.4, 0.2
-"""Houses and halls have a sharpness of 0.5 to 0.9 and a contrast of 0.45 and more; caves and trees below 0.3 and 0.1, a
-trapezoid with sides 9 degrees off 0.3, white noise a contrast of 0.06."""
+@dataclass(frozen=True)
+class DirectionSettings:
+    """The search for the main direction.
+
+    - ``step_deg``, ``fine_step_deg``, ``fine_reach_deg``: directions are searched in steps over 90 degrees, then in
+      fine steps as far as the reach around the maximum;
+    - ``beside_deg``: directions nearer to the maximum are its own slope, and no other direction;
+    - ``max_pixels``: pictures of more wall are halved first;
+    - ``min_sharpness``, ``min_contrast``: below them a building has no main direction. Houses and halls have a
+      sharpness of 0.5 to 0.9 and a contrast of 0.45 and more; caves and trees below 0.3 and 0.1, a trapezoid with sides
+      9 degrees off 0.3, white noise a contrast of 0.06.
+    """
+
+    step_deg: float = 0.5
+    fine_step_deg: float = 0.1
+    fine_reach_deg: float = 2.0
+    beside_deg: float = 5.0
+    max_pixels: int = 40_000
+    min_sharpness: float = 0.4
+    min_contrast: float = 0.2
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("min_sharpness", "min_contrast"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,44 +49,42 @@ class MainDirection:
     - ``sharpness``, 0 to 1: height of the maximum over the best other direction, as a share of its height over the
       median;
     - ``contrast``: height of the maximum over the median, as a share of itself;
-    - ``energies`` (180,): of directions 0 to 90 degrees in steps of half a degree, as a share of the greatest.
+    - ``energies`` (N,): of the directions searched, 0 to 90 degrees, as a share of the greatest;
+    - ``clear``: True if the building has a main direction.
     """
 
     angle: float
     sharpness: float
     contrast: float
     energies: NDArray[np.float64]
-
-    @property
-    def clear(self) -> bool:
-        """True if the building has a main direction."""
-        return self.sharpness >= LEAST_SHARPNESS and self.contrast >= LEAST_CONTRAST
+    clear: bool
 
 
-def main_direction(walls: Image) -> MainDirection:
+def main_direction(walls: Image, settings: DirectionSettings = DirectionSettings()) -> MainDirection:
     """Find the direction in which projections of the walls are sharpest; sharpness 0 without walls.
 
     Source: Chen 2021, section 5.2, by the Radon transform. Two things differ. The greatest value of the transform is on
     the diagonal of a thick wall; the sum of squares of a projection is greatest along its side (as in Carpin 2008,
     equation 1). And walls at right angles count together, because the rotation is sought modulo 90 degrees. Only wall
-    pixels are projected, first by half degrees, then around the maximum by tenths; the centroid of the peak is the
+    pixels are projected, first coarsely, then finely around the maximum; the centroid of the peak is the
     result.
     """
-    angles = np.arange(0.0, QUARTER_DEG, STEP_DEG)
-    points = _points(walls)
+    angles = np.arange(0.0, QUARTER_DEG, settings.step_deg)
+    points = _points(walls, settings.max_pixels)
     if len(points) < 2:
-        return MainDirection(0.0, 0.0, 0.0, np.zeros(len(angles)))
+        return MainDirection(0.0, 0.0, 0.0, np.zeros(len(angles)), clear=False)
     energies = _folded(points, angles)
     rough = angles[int(np.argmax(energies))]
-    best = rough + _centre_of_peak(points, rough)
+    best = rough + _centre_of_peak(points, rough, settings)
     energies = energies / energies.max()
-    sharpness, contrast = _sharpness(energies, angles, rough), 1.0 - float(np.median(energies))
+    sharpness, contrast = _sharpness(energies, angles, rough, settings.beside_deg), 1.0 - float(np.median(energies))
     angle = (best + QUARTER_DEG / 2.0) % QUARTER_DEG - QUARTER_DEG / 2.0  # the least turn of four
-    return MainDirection(math.radians(angle), sharpness, contrast, energies)
+    clear = sharpness >= settings.min_sharpness and contrast >= settings.min_contrast
+    return MainDirection(math.radians(angle), sharpness, contrast, energies, clear)
 
 
-def _points(walls: Image) -> NDArray[np.float64]:
-    while np.count_nonzero(walls) > MOST_PIXELS:
+def _points(walls: Image, max_pixels: int) -> NDArray[np.float64]:
+    while np.count_nonzero(walls) > max_pixels:
         halved = cv2.resize(walls, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
         walls = np.where(halved > 0, WALL, 0).astype(np.uint8)
     rows, cols = np.nonzero(walls)
@@ -108,18 +122,21 @@ def projected(points: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArr
     return energies
 
 
-def _centre_of_peak(points: NDArray[np.float64], rough_deg: float) -> float:
+def _centre_of_peak(points: NDArray[np.float64], rough_deg: float, settings: DirectionSettings) -> float:
     """Return the offset [degrees] of the centroid of the peak, which is less affected by pixels than its top."""
-    off = np.arange(-FINE_REACH_DEG, FINE_REACH_DEG + FINE_STEP_DEG / 2.0, FINE_STEP_DEG)
+    reach, step = settings.fine_reach_deg, settings.fine_step_deg
+    off = np.arange(-reach, reach + step / 2.0, step)
     energies = _folded(points, rough_deg + off)
     weights = np.maximum(energies - max(energies[0], energies[-1]), 0.0)
     return float((weights * off).sum() / weights.sum()) if weights.sum() > 0.0 else 0.0
 
 
-def _sharpness(energies: NDArray[np.float64], angles_deg: NDArray[np.float64], best_deg: float) -> float:
+def _sharpness(
+    energies: NDArray[np.float64], angles_deg: NDArray[np.float64], best_deg: float, beside_deg: float
+) -> float:
     """Return 1 less the height of the best other direction over that of the best, both above the median."""
     off = np.abs(angles_deg - best_deg)
-    apart = np.minimum(off, QUARTER_DEG - off) > BESIDE_DEG
+    apart = np.minimum(off, QUARTER_DEG - off) > beside_deg
     heights = energies - np.median(energies)
     highest = float(heights.max())
     return 1.0 - max(0.0, float(heights[apart].max())) / highest if highest > 0.0 else 0.0

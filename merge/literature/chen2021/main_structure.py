@@ -1,40 +1,83 @@
-"""Step 5.5: reduce walls to one-pixel polylines along rows and columns, pillars to small squares."""
+"""Step 5.5: reduce walls to one-pixel polylines along rows and columns, pillars to squares; detect corners."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from merge.literature.chen2021.binarisation import WALL, Image
-
-TILES_AWAY = 4
-"""The next point is sought within so many tiles: Chen's 20 pixels, where L is 2."""
-
-MOST_OFF_WALL = 0.5
+from merge.literature.chen2021.wall_picture import WALL, Image
+from merge.records.validation import require_valid
 
 
-def link_window(half: int) -> int:
-    """Return the largest distance [pixels] in u and in v of the next point of a wall; a tile is 2 ``half`` + 1 wide."""
-    return TILES_AWAY * (2 * half + 1)
+@dataclass(frozen=True)
+class StructureSettings:
+    """Links of the main structure, and its corners.
+
+    - ``reach_tiles``: the next point of a wall is sought within so many tiles in u and in v: Chen's 20 pixels, where L
+      is 2;
+    - ``max_off_wall``: a link is dropped if more than this share of it is off the walls;
+    - ``max_corners``: the strongest corners are kept;
+    - ``min_quality``: least corner response, as a share of the strongest;
+    - ``iterations``, ``precision_pixels``: a corner is refined to subpixels until it moves less than this.
+    """
+
+    reach_tiles: int = 4
+    max_off_wall: float = 0.5
+    max_corners: int = 400
+    min_quality: float = 0.1
+    iterations: int = 20
+    precision_pixels: float = 0.05
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("max_off_wall", "min_quality"))
 
 
-def main_structure(walls: Image, points: NDArray[np.intp], half: int, along_axes: bool = True) -> Image:
+def main_structure(
+    walls: Image,
+    points: NDArray[np.intp],
+    half: int,
+    along_axes: bool = True,
+    settings: StructureSettings = StructureSettings(),
+) -> Image:
     """Draw the main structure of the walls, a picture of the same size.
 
     Source: Chen 2021, section 5.5. From the topmost point, the nearest remaining point within the window is linked. The
-    link is dropped if more than half of the straight line is off the (dilated) ``walls``. Of the others the longer of
+    link is dropped if too much of the straight line is off the (dilated) ``walls``. Of the others the longer of
     their two legs is drawn, horizontal or vertical, if it is on the wall. The next link starts at its end, so that a
     wall is one straight line. Without a point in the window, a new line starts. A point without a link is a pillar,
     drawn as a square of a tile's size. ``along_axes`` is False for a building without a main direction: links are then
     drawn as they run.
     """
-    return np.asarray(_linked(walls, points, link_window(half), half, along_axes), np.uint8)
+    window = settings.reach_tiles * (2 * half + 1)
+    return np.asarray(_linked(walls, points, window, half, along_axes, settings.max_off_wall), np.uint8)
+
+
+def corners(structure: Image, half: int, settings: StructureSettings = StructureSettings()) -> NDArray[np.float64]:
+    """Detect pixels (N, 2) u, v, strongest first, at which lines of the main structure meet, bend or end.
+
+    Chen 2021 uses SIFT and drops keypoints off the walls. On lines of one pixel SIFT also marks blobs between them; the
+    corner detector of Shi and Tomasi 1994 marks corners alone. Its window and the least distance of two corners follow
+    the size of a tile, 2 ``half`` + 1.
+    """
+    tile = 2 * half + 1
+    margin = 2 * tile + 5  # what the refinement needs around its window
+    lines = cv2.dilate(np.pad(structure, margin), np.ones((3, 3), np.uint8))
+    found = cv2.goodFeaturesToTrack(lines, settings.max_corners, settings.min_quality, 2 * tile, blockSize=2 * tile + 1)
+    if found is None:
+        return np.empty((0, 2))
+    stop = cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, settings.iterations, settings.precision_pixels
+    sharp = cv2.cornerSubPix(lines, found.copy(), (tile, tile), (-1, -1), stop)
+    near = np.abs(sharp - found).max(axis=-1, keepdims=True) <= 2 * tile
+    return np.where(near, sharp, found)[:, 0].astype(np.float64) - margin
 
 
 @njit(cache=True)
 def _linked(
-    walls: NDArray[np.uint8], points: NDArray[np.intp], window: int, half: int, along_axes: bool
+    walls: NDArray[np.uint8], points: NDArray[np.intp], window: int, half: int, along_axes: bool, max_off_wall: float
 ) -> NDArray[np.uint8]:
     drawn = np.zeros_like(walls)
     count = len(points)
@@ -51,7 +94,7 @@ def _linked(
                 break
             left[there] = False
             next_u, next_v = points[there, 0], points[there, 1]
-            if _on_wall(walls, u, v, next_u, next_v) >= 1.0 - MOST_OFF_WALL:
+            if _on_wall(walls, u, v, next_u, next_v) >= 1.0 - max_off_wall:
                 end_u, end_v = next_u, next_v
                 if along_axes:
                     if abs(next_u - u) >= abs(next_v - v):

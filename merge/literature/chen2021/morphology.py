@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.literature.acceptance import no_answer
 from merge.literature.chen2021.corner_consensus import ConsensusSettings, CornerMatch, corner_consensus
-from merge.literature.chen2021.correction import Correction, corrected
+from merge.literature.chen2021.correction import Correction, CorrectionSettings, corrected
 from merge.literature.chen2021.ransac import accept_by_index
 from merge.literature.chen2021.wall_icp import IcpSettings, WallCells, icp
-from merge.literature.published import no_answer
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
+from merge.verification.cell_overlap import compare_cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +37,8 @@ class CorrectedMap:
     walls: WallCells
 
     @staticmethod
-    def of(grid: OccupancyGrid, gate_cells: float) -> CorrectedMap:
-        correction = corrected(trinary_picture(grid))
+    def of(grid: OccupancyGrid, gate_cells: float, settings: CorrectionSettings) -> CorrectedMap:
+        correction = corrected(trinary_picture(grid), settings)
         pixels = correction.straightened.before(correction.corners)
         corners = cells_from_pixels(pixels, grid.frame.shape[0])
         lean = -correction.direction.angle  # v points down
@@ -48,20 +50,22 @@ class Morphology:
     """Chen 2021, chapter 5, without manual parameters and without randomness.
 
     At most ``proposals`` similarities are refined and proposed. As published, the best of each quarter turn is refined,
-    and the greatest acceptance index wins.
+    and the greatest acceptance index wins; an answer is refused if one map would be ``max_scale`` times as large as the
+    other.
     """
 
     proposals: int = 8
+    max_scale: float = 10.0
+    correction: CorrectionSettings = field(default_factory=CorrectionSettings)
     consensus: ConsensusSettings = field(default_factory=ConsensusSettings)
     icp: IcpSettings = field(default_factory=IcpSettings)
 
     def __post_init__(self) -> None:
-        if self.proposals < 1:
-            raise ValueError(f"Morphology: proposals is {self.proposals}, must be at least 1")
+        require_valid(self)
 
-    def describe(self, chart: PreparedMap) -> CorrectedMap:
+    def describe(self, prepared: PreparedMap) -> CorrectedMap:
         """Correct the map."""
-        return CorrectedMap.of(chart.grid, self.icp.gate_cells)
+        return CorrectedMap.of(prepared.grid, self.icp.gate_cells, self.correction)
 
     def propose(
         self, target: CorrectedMap, source: CorrectedMap, scale: ScaleRange, rng: np.random.Generator
@@ -82,7 +86,8 @@ class Morphology:
         best = no_answer()
         for each in best_of_each_quadrant(self.agreed(target, source, scale)):
             settled = icp(target.walls, source.walls, each.target_from_source, scale, self.icp)
-            answer = accept_by_index(target.grid, source.grid, settled)
+            index = compare_cells(target.grid, source.grid, settled).acceptance_index
+            answer = accept_by_index(settled, index, self.max_scale)
             if answer.verdict.confidence > best.verdict.confidence:
                 best = answer
         return best

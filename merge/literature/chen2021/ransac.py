@@ -9,14 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.records.pair_answer import PairAnswer
 from merge.records.verdict import Reason, Refusal, Verdict
-from merge.verification.cell_overlap import compare_cells
-
-NO_COMMON_CELL = "the maps have no known cell in common"
-MOST_TIMES_LARGER = 10.0
-COLLAPSED = f"one map would be more than {MOST_TIMES_LARGER:g} times as large as the other"
 
 Complex = NDArray[np.complex128]
 
@@ -60,13 +54,14 @@ def _counts(p: Complex, q: Complex, turns: Complex, shifts: Complex, distance: f
     return counts
 
 
-def accept_by_index(target: OccupancyGrid, source: OccupancyGrid, answer: Similarity2) -> PairAnswer:
+def accept_by_index(answer: Similarity2, index: float | None, max_scale: float) -> PairAnswer:
     """Accept an answer with its acceptance index as confidence.
 
-    The thesis has no threshold: every answer with common cells is accepted, unless one map would collapse.
+    The thesis has no threshold: every answer with common cells is accepted, unless one map would collapse to less than
+    1 / ``max_scale`` of the other's size.
     """
-    index = compare_cells(target, source, answer).acceptance_index
-    collapsed = not 1.0 / MOST_TIMES_LARGER <= answer.scale <= MOST_TIMES_LARGER
-    text = NO_COMMON_CELL if index is None else COLLAPSED if collapsed else None
+    collapsed = not 1.0 / max_scale <= answer.scale <= max_scale
+    collapse = f"one map would be more than {max_scale:g} times as large as the other" if collapsed else None
+    text = "the maps have no known cell in common" if index is None else collapse
     refusal = None if text is None else Refusal(Reason.PUBLISHED_RULE, text)
     return PairAnswer(answer, None, Verdict(refusal is None, index or 0.0, refusal))

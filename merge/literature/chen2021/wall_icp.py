@@ -11,10 +11,8 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.preparation.prepared_map import label_nearest
-from merge.preparation.surface import Indices
+from merge.preparation.surface import Indices, centres, label_nearest
 from merge.records.validation import require_valid
-from merge.verification.cell_overlap import centres
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapquilt.evaluation.pair_rows import COLUMNS, csv_text, from_row, read_csv_row, to_row
 from mapquilt.study.files import trials_from_record
 from merge.records.evidence import Evidence
-from merge.records.result import Alternative
+from merge.records.pair_answer import Alternative
 from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
 
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 0.01, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)

@@ -12,7 +12,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapquilt.evaluation.transform_error import RIGHT, THESIS, normalised_error, transform_error
-from merge.records.uncertainty import RIGHT_GROWTH, RIGHT_YAW
+from merge.records.pair_answer import RIGHT_GROWTH, RIGHT_YAW
 
 
 def full_grid(rows=40, cols=60, resolution=0.05, origin=(0.0, 0.0)):

@@ -46,10 +46,10 @@ def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_a
     whole = tmp_path / "whole"
     assert command("merge", *maps_of_three, "--out", whole) == 0
 
-    from merge.multimap import pipeline as module
+    from merge import merger as module
 
     real = module.match
-    monkeypatch.setattr(module, "match", lambda task, shelf=None: matched.append(task.names) or real(task, shelf))
+    monkeypatch.setattr(module, "match", lambda task, cache=None: matched.append(task.names) or real(task, cache))
     assert command("merge", merged_two, "--add", maps_of_three[2]) == 0
     assert sorted(matched) == [("a", "c"), ("b", "c")]
     added, at_once = record(merged_two), record(whole)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from mapping.geometry.scale_range import ScaleRange
 from merge.literature.icp import Icp
 from merge.literature.nearest_wall import NearestWall
-from merge.verification.cell_overlap import centres
+from merge.preparation.surface import centres
 from tests.merge.literature.crisp import crisp_pair
 
 

@@ -9,9 +9,9 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from merge.literature.published import accept_by_score, no_answer
+from merge.literature.acceptance import accept_by_score, no_answer
 from merge.merger import match_maps, merge_maps
-from merge.methods import ProposerSettings, method_names, proposers_of, published_names, published_of
+from merge.methods import method_names, published_names
 from merge.preparation.prepared_map import PreparedMap
 from merge.settings import MergeSettings
 from tests.merge.literature.crisp import crisp_pair
@@ -95,12 +95,12 @@ def odd_maps():
 
 @pytest.mark.parametrize("name", sorted(published_names()))
 def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name):
-    method = published_of(name, ProposerSettings())
+    method = MergeSettings(name).chosen_published
     grids = [
         OccupancyGrid(GridFrame(1.0, SE2(), cells.shape), cells.astype(np.float32)) for cells in odd_maps().values()
     ]
     described = [method.describe(PreparedMap(grid)) for grid in grids]
-    (proposer,) = proposers_of(name, ProposerSettings())
+    (proposer,) = MergeSettings(name).chosen_proposers
     for target, source in zip(described, (*described[1:], described[0]), strict=True):
         answer = method.published(target, source, ScaleRange.free(), np.random.default_rng(0))
         assert 0.0 <= answer.verdict.confidence <= 1.0

@@ -9,7 +9,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge.multimap import verdicts
-from merge.pair.matching import PairTask
+from merge.pair.task import PairTask
 from merge.records.prior import Expected
 from merge.records.result import PairResult
 from merge.records.verdict import Reason, Refusal

@@ -7,7 +7,8 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.preparation.prepared_map import PreparedMap
-from merge.proposers.orb import Orb, match_bits
+from merge.proposers.keypoints import match_descriptors
+from merge.proposers.orb import Orb
 from tests.merge.rooms import rooms
 
 
@@ -36,7 +37,7 @@ def test_either_picture_alone_proposes_the_turn_of_a_world(world, picture):
 def test_bits_match_by_hamming_distance_and_ratio():
     target = np.array([[0b0000], [0b1111]], dtype=np.uint8)
     source = np.array([[0b0001], [0b0011], [0b0111]], dtype=np.uint8)  # ratios 1/3, 2/2 and 1/3
-    to, of = match_bits(target, source, 0.9)
+    to, of = match_descriptors(target, source, 0.9)
     assert (to.tolist(), of.tolist()) == ([0, 1], [0, 2])
 
 

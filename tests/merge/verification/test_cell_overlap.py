@@ -5,7 +5,8 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.verification.cell_overlap import centres, compare_cells
+from merge.preparation.surface import centres
+from merge.verification.cell_overlap import compare_cells
 
 
 def grid(rows):

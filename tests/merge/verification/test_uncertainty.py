@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap
-from merge.records.uncertainty import Uncertainty
+from merge.records.pair_answer import Uncertainty
 from merge.verification.uncertainty import uncertainty
 from tests.merge.rooms import corridor, observed, rooms, viewpoints
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from merge.literature.chen2021.main_direction import main_direction, projected
-from merge.literature.chen2021.straightening import straightened
+from merge.literature.chen2021.wall_picture import straightened
 from tests.merge.literature.chen2021.shapes import POLYGON, SIDE, filled, outline, rectangle, turned
 
 
@@ -115,7 +115,7 @@ def test_a_blank_picture_has_no_direction():
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.9, 1.5])
 def test_a_straightened_rectangle_has_its_sides_along_rows_and_columns(angle):
     corners = turned(rectangle(180, 90), angle)
-    walls = straightened(outline(corners), angle)
+    walls = straightened(outline(corners), angle, 16)
     rows, cols = np.nonzero(walls.walls)
     there = corners @ walls.matrix[:, :2].T + walls.matrix[:, 2]
     assert np.allclose(
@@ -130,4 +130,4 @@ def test_nothing_is_cut_off_the_turned_picture():
     image = np.zeros((60, 200), np.uint8)
     image[[1, 1, -2, -2], [1, -2, 1, -2]] = 255
     spots = cv2.dilate(image, np.ones((3, 3), np.uint8))
-    assert cv2.connectedComponents(straightened(spots, 0.5).walls)[0] == 1 + 4
+    assert cv2.connectedComponents(straightened(spots, 0.5, 16).walls)[0] == 1 + 4

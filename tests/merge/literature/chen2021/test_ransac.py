@@ -3,6 +3,7 @@ import pytest
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.chen2021.ransac import accept_by_index, most_inliers
+from merge.verification.cell_overlap import compare_cells
 from tests.merge.literature.crisp import crisp_pair
 
 
@@ -45,9 +46,13 @@ def test_without_two_distinct_matches_there_is_no_similarity():
 @pytest.mark.parametrize(
     ("answer", "reason"), [(Similarity2(1e6), "no known cell in common"), (Similarity2(scale=0.02), "10 times")]
 )
-def test_what_shares_nothing_or_shrinks_a_map_to_nothing_is_not_believed(answer, reason):
+def test_no_common_cell_or_a_collapsed_map_is_refused(answer, reason):
     target, source, truth = crisp_pair()
-    assert accept_by_index(target.grid, source.grid, truth).verdict.accepted
-    refused = accept_by_index(target.grid, source.grid, answer).verdict
+
+    def accepted(found):
+        return accept_by_index(found, compare_cells(target.grid, source.grid, found).acceptance_index, 10.0).verdict
+
+    assert accepted(truth).accepted
+    refused = accepted(answer)
     assert not refused.accepted
     assert reason in str(refused.refusal)

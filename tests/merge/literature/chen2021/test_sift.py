@@ -6,8 +6,9 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.literature.chen2021.sift import Sift, match
+from merge.literature.chen2021.sift import Sift
 from merge.preparation.prepared_map import PreparedMap
+from merge.proposers.keypoints import match_descriptors
 from tests.merge.rooms import rooms
 
 
@@ -53,9 +54,9 @@ def test_as_published_the_answer_is_that_of_one_sample_and_its_index_the_confide
 def test_the_ratio_test_by_hand():
     target = np.array([[0.0, 0.0], [10.0, 0.0]], dtype=np.float32)
     source = np.array([[1.0, 0.0], [4.5, 0.0], [9.0, 0.0]], dtype=np.float32)  # ratios 1/9, 4.5/5.5 and 1/9
-    to, of = match(target, source, 0.8)
+    to, of = match_descriptors(target, source, 0.8)
     assert (to.tolist(), of.tolist()) == ([0, 1], [0, 2])
-    assert match(target, source, 0.83)[1].tolist() == [0, 1, 2]
+    assert match_descriptors(target, source, 0.83)[1].tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("feature", ["sift", "orb"])
@@ -71,7 +72,7 @@ def test_a_blank_map_has_no_features_and_is_proposed_nothing(world, feature):
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("ratio", 0.0), ("ratio", 1.5), ("smoothing_cells", -1.0), ("most_features", 0), ("feature", "surf")],
+    [("ratio", -0.5), ("ratio", 1.5), ("smoothing_cells", -1.0), ("most_features", 0), ("feature", "surf")],
 )
 def test_a_bad_setting_is_named(field, value):
     with pytest.raises(ValueError, match=f"{field} is {value!r}"):

@@ -2,12 +2,10 @@ import cv2
 import numpy as np
 import pytest
 
-from merge.literature.chen2021.binarisation import binarised
-from merge.literature.chen2021.closing import closed, closing_side
-from merge.literature.chen2021.corners import corners
 from merge.literature.chen2021.interest_points import dilated, interest_points, point_picture, tile_half
-from merge.literature.chen2021.main_structure import main_structure
-from merge.literature.chen2021.wall_thickness import run_lengths, wall_thickness
+from merge.literature.chen2021.main_structure import corners, main_structure
+from merge.literature.chen2021.wall_picture import binarised, closed, closing_side, run_lengths, wall_thickness
+from merge.preparation.map_image import UNKNOWN_GREY
 from tests.merge.literature.chen2021.shapes import POLYGON, SIDE, outline, turned
 
 
@@ -20,27 +18,29 @@ def bar(thick, horizontal=True):
 
 
 def structure_of(image, half=None):
-    half = tile_half(wall_thickness(image).thick) if half is None else half
+    half = tile_half(wall_thickness(image, 3, 0.9).thick) if half is None else half
     return main_structure(dilated(image, half), interest_points(image, half), half), half
 
 
 def test_walls_are_what_is_darker_than_the_unknown():
-    assert binarised(np.array([[0, 100, 127, 128, 205, 255]], np.uint8)).tolist() == [[255, 255, 255, 0, 0, 0]]
+    assert binarised(np.array([[0, 100, 127, 128, 205, 255]], np.uint8), UNKNOWN_GREY).tolist() == [
+        [255, 255, 255, 0, 0, 0]
+    ]
 
 
 @pytest.mark.parametrize("thick", [1, 2, 3, 4, 5, 8])
 def test_thickness_is_measured_whatever_way_the_wall_runs(thick):
     for horizontal in (True, False):
-        found = wall_thickness(bar(thick, horizontal))
+        found = wall_thickness(bar(thick, horizontal), 3, 0.9)
         assert (found.usual, found.thick) == (thick, thick)
 
 
 def test_thickness_tells_the_usual_wall_from_the_thick_ones():
     image = bar(2)
     image[20:26, 50:110] = 255
-    found = wall_thickness(image)
+    found = wall_thickness(image, 3, 0.9)
     assert (found.usual, found.thick) == (2, 6)
-    assert wall_thickness(np.zeros((9, 9), np.uint8)).thick == 1
+    assert wall_thickness(np.zeros((9, 9), np.uint8), 3, 0.9).thick == 1
 
 
 def test_run_lengths_by_hand():

@@ -1,10 +1,9 @@
-"""Matching of pairs of maps, each by itself, here or on the workers of an executor."""
+"""A pair of maps to match as a task of its own, run here or on the workers of an executor."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Protocol, TypeVar
 
@@ -18,8 +17,6 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.pixel_matrix import pixel_matrix, similarity_from_pixels
 from mapping.map_set import MapSet, Unit
-from mapping.seeds import Role, stream
-from merge.methods import proposers_of, published_of
 from merge.pair.feature_cache import (
     FeatureCache,
     MapFeatures,
@@ -28,11 +25,9 @@ from merge.pair.feature_cache import (
     map_cells_from_prepared,
     metres_from_prepared,
 )
-from merge.pair.pipeline import merge_pair
 from merge.preparation.settings import PreparationSettings
-from merge.records.pair_answer import PairAnswer
-from merge.records.result import Alternative, PairResult
-from merge.records.verdict import Reason, Verdict
+from merge.records.pair_answer import Alternative, PairAnswer
+from merge.records.result import PairResult
 from merge.settings import MergeSettings
 
 Task = TypeVar("Task")
@@ -69,9 +64,7 @@ class PairTask:
     def methods(self) -> tuple[Method, ...]:
         """The proposers of the method, or the method as published."""
         settings = self.settings
-        if settings.as_published:
-            return (published_of(settings.method, settings.proposers),)
-        return proposers_of(settings.method, settings.proposers)
+        return (settings.chosen_published,) if settings.as_published else settings.chosen_proposers
 
     def features(
         self, cache: FeatureCache | None, methods: Sequence[Method] | None = None
@@ -85,29 +78,6 @@ class PairTask:
         """Convert a scale in stated metres to cells of the prepared target per cell of the prepared source."""
         target, source = features
         return scale.times(self.cells_per_cell * cell_width(source.prepared) / cell_width(target.prepared))
-
-
-def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
-    """Match one pair. The answer depends neither on other maps nor on which of the two comes first."""
-    features = task.features(cache)
-    answer = _answer(*features, task.in_cells(task.scale, features), task.settings, task.seed)
-    if answer.verdict.accepted or task.settings.scale is not None or not task.scale.fixed:
-        return to_result(task, answer, features)
-    return to_result(task, _at_another_scale(task, features) or answer, features)
-
-
-def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
-    """Return a refusal that states the scale at which the maps match, if they match at another than they state.
-
-    None if they do not. Only the first proposer is asked, to save time.
-    """
-    answer = _answer(*features, task.in_cells(ScaleRange.free(), features), task.settings, task.seed, proposers=1)
-    if not answer.verdict.accepted:
-        return None
-    found = to_result(task, answer, features).target_from_source
-    if found is None or abs(math.log(found.scale)) < task.settings.pair.same_log_scale:
-        return None
-    return replace(answer, verdict=Verdict.refuse(Reason.OTHER_SCALE, detail=f", {found.scale:.3g} times that"))
 
 
 @cache
@@ -146,36 +116,6 @@ def run_tasks(
 def _with_process_cache(call: tuple[Callable[[Task, FeatureCache | None], Result], Task]) -> Result:
     function, task = call
     return function(task, None)
-
-
-def _answer(
-    target: MapFeatures,
-    source: MapFeatures,
-    scale: ScaleRange,
-    settings: MergeSettings,
-    seed: int,
-    proposers: int | None = None,
-) -> PairAnswer:
-    """Merge the pair in canonical order, by the first ``proposers`` of the method, or all."""
-    rng = stream(seed, Role.MERGE)
-    if canonical_order(target.prepared.grid) <= canonical_order(source.prepared.grid):
-        return _answer_in_order(target, source, scale, settings, rng, proposers)
-    return _answer_in_order(source, target, scale.inverse(), settings, rng, proposers).inverse()
-
-
-def _answer_in_order(
-    target: MapFeatures,
-    source: MapFeatures,
-    scale: ScaleRange,
-    settings: MergeSettings,
-    rng: np.random.Generator,
-    proposers: int | None,
-) -> PairAnswer:
-    if settings.as_published:
-        method = published_of(settings.method, settings.proposers)
-        return method.published(target.descriptions[0], source.descriptions[0], scale, rng)
-    chosen = proposers_of(settings.method, settings.proposers)[:proposers]
-    return merge_pair(target, source, scale, chosen, rng, settings)
 
 
 def canonical_order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
