@@ -1,1 +1,1 @@
-"""Places to explore, as plain geometry: solid polygons in metres, the families that draw them, their true raster."""
+"""Worlds as plain geometry: solid polygons in metres, families that generate them, and their true raster."""

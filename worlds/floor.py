@@ -1,4 +1,4 @@
-"""Where robots can stand in a world, and whether they can drive between all of it."""
+"""Find where robots can stand in a world, and which parts of the floor are connected."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from worlds.raster import touched_cells, true_raster
 from worlds.world import World
 
 SMALLEST_PART = 1.0
-"""Floor [m^2] of robot positions that counts as a part, unless it is all there is; less is a gap between things, and
-no robot starts there."""
+"""Least area [m^2] of a separate part, in robot positions, unless it is the largest. Smaller areas are gaps between
+objects, and no robot starts there."""
 LARGEST = 500.0
-"""No world is wider or higher than this [m]."""
+"""Greatest width and height of a world [m]."""
 CLEAR = 0.5
-"""Distance of a start's centre to the nearest solid [m], at least."""
+"""Least distance from a start to the nearest solid [m]."""
 
 _EIGHT = np.ones((3, 3), dtype=np.bool_)
 
 
 @dataclass(frozen=True, eq=False)
 class Floor:
-    """Where a robot can stand. ``part`` (rows, cols) numbers the parts that it can drive between, 1 the largest, and
-    is 0 where it cannot stand; ``room`` (rows, cols) is the distance to what is not free [m]; ``areas`` [m^2] holds
-    the area of each part, of robot positions, largest first."""
+    """Hold the robot positions of a world. ``part`` (rows, cols) numbers the connected parts, 1 for the largest and 0
+    where a robot cannot stand. ``room`` (rows, cols) is the distance to the nearest solid [m]. ``areas`` [m^2] are
+    those of the parts, largest first."""
 
     frame: GridFrame
     part: NDArray[np.int64]
@@ -35,13 +35,13 @@ class Floor:
     areas: tuple[float, ...]
 
     def middle(self, part: int) -> tuple[float, float]:
-        """A point [m] of that part with most room about it."""
+        """Return the point [m] of that part with the greatest clearance."""
         x, y = self.frame.metres_from_cells(np.argwhere(self.part == part)[np.argmax(self.room[self.part == part])])
         return float(x), float(y)
 
 
 def find_floor(world: World, radius: float = 0.2, resolution: float = 0.05) -> Floor:
-    """The floor of a world for a robot of ``radius`` [m], on a raster of ``resolution`` [m/cell]."""
+    """Find the floor of a world for a robot of ``radius`` [m], on a raster of ``resolution`` [m/cell]."""
     raster = true_raster(world, resolution)
     free = raster.free
     if world.fence is not None:
@@ -57,10 +57,10 @@ def find_floor(world: World, radius: float = 0.2, resolution: float = 0.05) -> F
 
 
 def require_drivable(world: World, radius: float = 0.2) -> World:
-    """The same world, if robots of ``radius`` [m] can explore it.
+    """Check that robots of ``radius`` [m] can explore a world, and return it.
 
-    Raises ``ValueError`` saying what is wrong and where: a size over 500 m, nowhere to stand, more or fewer parts than
-    the world states, a way out of its rectangle, or a start that stands less than 0.5 m clear.
+    Raises ``ValueError`` with the fault and its position: a size above 500 m, no room for a robot, a number of parts
+    that differs from the world's ``parts``, a gap in its border, or a start less than 0.5 m from a solid.
     """
     for name, value in zip(("width", "height"), world.size, strict=True):
         if value > LARGEST:

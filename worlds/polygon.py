@@ -1,4 +1,4 @@
-"""Solid polygons in the plane: (N, 2) rows of x, y [m], counter-clockwise, closed, simple."""
+"""Compute with solid polygons: (N, 2) rows of x, y [m], counter-clockwise, closed, simple."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ Polygon = NDArray[np.float64]
 
 
 def box(x0: float, y0: float, x1: float, y1: float) -> Polygon:
-    """The axis-aligned rectangle between two opposite corners [m], (4, 2)."""
+    """Return the axis-aligned rectangle between two opposite corners [m], (4, 2)."""
     (left, right), (low, high) = sorted((x0, x1)), sorted((y0, y1))
     return frozen_array([(left, low), (right, low), (right, high), (left, high)], np.float64)
 
 
 def turned_box(x: float, y: float, length: float, width: float, yaw: float) -> Polygon:
-    """The rectangle of ``length`` along ``yaw`` and ``width`` across, centred on (x, y) [m, rad], (4, 2)."""
+    """Return the rectangle of ``length`` along ``yaw`` and ``width`` across, centred on (x, y) [m, rad], (4, 2)."""
     half = np.array([(-length, -width), (length, -width), (length, width), (-length, width)]) / 2.0
     c, s = math.cos(yaw), math.sin(yaw)
     return frozen_array(half @ np.array([(c, s), (-s, c)]) + (x, y), np.float64)
 
 
 def disc(x: float, y: float, radius: float, corners: int = 16) -> Polygon:
-    """The regular polygon of ``corners`` corners on a circle of ``radius`` about (x, y) [m], (corners, 2)."""
+    """Return a regular polygon with ``corners`` corners on a circle of ``radius`` about (x, y) [m], (corners, 2)."""
     angles = math.tau * np.arange(corners) / corners
     return frozen_array(np.stack((x + radius * np.cos(angles), y + radius * np.sin(angles)), axis=-1), np.float64)
 
 
 def edges(polygon: Polygon) -> NDArray[np.float64]:
-    """The sides, (N, 2, 2): start and end [m] of each, the last one closing the polygon."""
+    """Return the edges (N, 2, 2): start and end [m] of each, the last one closing the polygon."""
     return np.stack((polygon, np.concatenate((polygon[1:], polygon[:1]))), axis=1)
 
 
 def signed_area(polygon: Polygon) -> float:
-    """The area [m^2], positive where the corners run counter-clockwise."""
+    """Compute the area [m^2], positive if the corners run counter-clockwise."""
     x, y = polygon.T
     return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2.0)
 
 
 def contains(polygon: Polygon, points: ArrayLike) -> NDArray[np.bool_]:
-    """Which of the points, (N, 2) [m], lie inside, by the number of sides that a ray towards +x crosses: (N,)."""
+    """Return which of the points (N, 2) [m] lie inside, by the parity of edge crossings: (N,)."""
     x, y = np.asarray(points, dtype=np.float64).T[..., None]
     start, end = edges(polygon).transpose(1, 2, 0)
     spans = (start[1] <= y) != (end[1] <= y)
@@ -54,7 +54,7 @@ def contains(polygon: Polygon, points: ArrayLike) -> NDArray[np.bool_]:
 
 
 def is_simple(polygon: Polygon) -> bool:
-    """Whether no two sides cross or touch but where neighbours share a corner."""
+    """Return True if no two edges cross or touch, except at the common corners of neighbours."""
     count = len(polygon)
     start, end = edges(polygon).transpose(1, 0, 2)
     side_of_start = _turn(start[:, None], end[:, None], start[None])
@@ -70,7 +70,7 @@ def is_simple(polygon: Polygon) -> bool:
 
 
 def distances(segments: NDArray[np.float64], points: ArrayLike) -> NDArray[np.float64]:
-    """From each point, (N, 2), to the nearest of the segments, (M, 2, 2) [m]: (N,)."""
+    """Return the distance from each point (N, 2) to the nearest segment (M, 2, 2) [m]: (N,)."""
     rows = np.asarray(points, dtype=np.float64)
     start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
     length_squared = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)

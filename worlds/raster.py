@@ -1,4 +1,4 @@
-"""The true raster of a world."""
+"""Rasterize worlds."""
 
 from __future__ import annotations
 
@@ -15,16 +15,15 @@ from worlds.polygon import Polygon, edges
 from worlds.world import World
 
 SNAP_CELLS = 1e-9
-"""Corners this near to a cell's border count as on it, so that a wall drawn on the raster fills its own cells only."""
+"""Corners this near to a cell's border [cells] count as on it, so that a wall aligned with the raster fills only its
+own cells."""
 
 
 def true_raster(world: World, resolution: float = 0.05) -> OccupancyGrid:
-    """The world as a fully known grid of ``resolution`` [m/cell] whose cell (0, 0) starts at the world's origin.
+    """Rasterize a world as a fully known grid of ``resolution`` [m/cell]; cell (0, 0) starts at the world's origin.
 
-    A cell is occupied if any part of its inside is solid (any touch, as a lidar's hits would mark it), else free;
-    a solid that only meets the cell's border does not count.
-
-    Raises ``ValueError`` where the resolution is not positive and finite.
+    A cell is occupied if any part of its inside is solid, and free otherwise. A solid that only touches the cell's
+    border does not count. Raises ``ValueError`` if the resolution is not positive and finite.
     """
     if not (math.isfinite(resolution) and resolution > 0.0):
         raise ValueError(f"true_raster: resolution is {resolution}, must be positive and finite")
@@ -37,7 +36,7 @@ def true_raster(world: World, resolution: float = 0.05) -> OccupancyGrid:
 
 
 def touched_cells(polygons: Sequence[Polygon], resolution: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The cells of ``resolution`` [m/cell] from the origin, (rows, cols), of which any of the polygons fills a part."""
+    """Return the cells (rows, cols) of ``resolution`` [m/cell] from the origin that a polygon fills at least partly."""
     if not polygons:
         return np.zeros(shape, dtype=np.bool_)
     sides = np.concatenate([edges(_snapped(polygon / resolution)) for polygon in polygons])
@@ -50,7 +49,8 @@ def _snapped(cells: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _crossed(sides: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The cells whose inside a side, (M, 2, 2) in cells, passes: column by column, the rows from its entry to exit."""
+    """Return the cells whose inside is crossed by a side (M, 2, 2) in cells: per column, the rows between entry and
+    exit."""
     forward = sides[:, 0, 0] <= sides[:, 1, 0]
     x0, y0 = np.where(forward[:, None], sides[:, 0], sides[:, 1]).T
     x1, y1 = np.where(forward[:, None], sides[:, 1], sides[:, 0]).T
@@ -71,7 +71,8 @@ def _crossed(sides: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.b
 
 
 def _inside(sides: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The cells whose centre lies inside: along +x, a side that runs down enters its polygon, one running up leaves."""
+    """Return the cells whose centre lies inside a polygon: along +x, a side that runs down enters it, one that runs up
+    leaves it."""
     (x0, y0), (x1, y1) = sides.transpose(1, 2, 0)
     bottom, top = np.minimum(y0, y1), np.maximum(y0, y1)
     first = np.maximum(np.ceil(bottom - 0.5).astype(np.int64), 0)
@@ -86,7 +87,7 @@ def _inside(sides: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bo
 
 
 def _ranges(first: NDArray[np.int64], stop: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """For each i the numbers from ``first[i]`` to before ``stop[i]``, one after the other: which i, and the number."""
+    """Concatenate the ranges ``first[i]`` to ``stop[i]``: returns the index i and the number of each element."""
     count = np.maximum(stop - first, 0)
     which = np.repeat(np.arange(len(first)), count)
     number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + first[which]

@@ -1,4 +1,4 @@
-"""A place to explore."""
+"""Define the world that robots explore."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from worlds.polygon import Polygon, contains, distances, edges, is_simple, signe
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A rectangle [0, width] x [0, height] of free space with solid ``obstacles`` in it.
+    """Describe a rectangle [0, width] x [0, height] of free space with solid ``obstacles``.
 
-    ``size`` is (width, height) in metres; each obstacle a polygon, (N, 2) rows of x, y [m], counter-clockwise,
-    closed and simple; outer walls are obstacles like all others, and obstacles may overlap. ``seed`` is what the
-    world of that ``name`` was drawn from.
+    ``size`` is (width, height) in metres. Each obstacle is a polygon, (N, 2) rows of x, y [m], counter-clockwise,
+    closed and simple. Outer walls are obstacles too, and obstacles may overlap. ``seed`` generated the world of that
+    ``name``.
 
-    ``starts`` are world_from_base of robots that may begin here, if the world brings its own; two of them may be
-    alternatives of one place. Robots stay inside the ``fence``, a polygon like the obstacles, which no lidar sees.
-    ``parts`` is how many parts the free floor falls into on purpose, between which no robot can drive.
+    ``starts`` are world_from_base of robots that may start here; starts less than 1 m apart are alternatives. Robots
+    stay inside the ``fence``, a polygon that no lidar sees. ``parts`` is the number of separate parts of the free
+    floor.
 
-    Raises ``ValueError`` where a size is not positive, or a polygon is clockwise, crosses itself, has fewer than
-    three corners or leaves the rectangle.
+    Raises ``ValueError`` if a size is not positive, or a polygon is clockwise, crosses itself, has fewer than three
+    corners or leaves the rectangle.
     """
 
     name: str
@@ -74,18 +74,20 @@ class World:
 
     @property
     def bounds(self) -> str:
-        """What keeps robots in, in words."""
+        """Name the obstacle that bounds the robots' positions, for messages."""
         return "a wall" if self.fence is None else "a solid or the fence"
 
     def segments(self) -> NDArray[np.float64]:
-        """The sides of all obstacles [m], (M, 2, 2)."""
+        """Return the edges of all obstacles [m], (M, 2, 2)."""
         if not self.obstacles:
             return np.empty((0, 2, 2))
         return np.concatenate([edges(polygon) for polygon in self.obstacles])
 
     def clearance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """From each point, (N, 2), to the nearest solid or the fence [m]: (N,); 0 inside a solid and outside the
-        fence, +inf in a world without either."""
+        """Return the distance from each point (N, 2) to the nearest solid or the fence [m]: (N,).
+
+        It is 0 inside a solid and outside the fence, and +inf in a world without either.
+        """
         rows = np.asarray(points, dtype=np.float64)
         gap = np.full(len(rows), math.inf)
         for sides in (self.segments(), *([] if self.fence is None else [edges(self.fence)])):
@@ -97,7 +99,7 @@ class World:
         return gap
 
     def fault_at(self, x: float, y: float) -> str | None:
-        """Why no robot's centre can be at a point [m], in words that follow "is"; None where one can."""
+        """Explain why a robot cannot be at a point [m], in words that follow "is"; None if it can."""
         width, height = self.size
         if not (0.0 <= x <= width and 0.0 <= y <= height):
             return f"outside world {self.name!r} of {width:g} x {height:g} m"

@@ -1,4 +1,4 @@
-"""A world as a record of plain values, for JSON and YAML."""
+"""Convert worlds to and from records for JSON and YAML."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from worlds.world import World
 
 SCHEMA = "mapquilt-world/1"
 CYLINDER_CORNERS = 48
-"""A cylinder becomes a polygon of so many corners: of a radius of 1 m, it is nowhere 3 mm too small."""
+"""Number of corners of a cylinder's polygon; at 1 m radius it is less than 3 mm too small."""
 
 
 def world_to_json(world: World) -> dict[str, Any]:
-    """What ``json.dumps`` can write; numbers come back bit for bit, as Python prints floats in full."""
+    """Convert a world to a record for ``json.dumps``; numbers are preserved bit for bit."""
     record: dict[str, Any] = {
         "schema": SCHEMA,
         "name": world.name,
@@ -36,10 +36,10 @@ def world_to_json(world: World) -> dict[str, Any]:
 
 
 def world_from_json(record: Mapping[str, Any], name: str | None = None) -> World:
-    """The world of ``world_to_json``, or one that was written by hand, with boxes and cylinders besides.
+    """Build a world from a record of ``world_to_json``, or from one written by hand with boxes and cylinders.
 
-    Polygons may run either way. A record without a name gets ``name``. Raises ``ValueError`` naming what is missing,
-    foreign or malformed.
+    Polygons may run in either direction. A record without a name gets ``name``. Raises ``ValueError`` with the field
+    that is missing, unknown or malformed.
     """
     if record.get("schema") != SCHEMA:
         raise ValueError(f"world: schema is {record.get('schema')!r}, must be {SCHEMA!r}")

@@ -1,1 +1,1 @@
-"""Parts that families share: floor plans, partitions, furniture."""
+"""Parts that families share: floor plans, partitions and furniture."""

@@ -1,4 +1,4 @@
-"""What stands in an office: desks, tables, cabinets, shelves and pillars."""
+"""Furnish an office: desks, tables, cabinets, shelves and pillars."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from worlds.building.floor_plan import FloorPlan, Room
-from worlds.building.furniture_placement import admitted
+from worlds.building.furniture_placement import place_furniture
 from worlds.polygon import Polygon, box, disc, turned_box
 
 SUNK = 0.01
-"""Furniture against a wall reaches this far into it [m], so that no ray finds a gap."""
+"""Depth [m] by which furniture overlaps its wall, so that no ray passes between them."""
 
 
 @dataclass(frozen=True)
 class Fitting:
-    """A piece of furniture against a room's wall: ``at`` its share along that wall, ``long`` and ``deep`` in metres."""
+    """Describe a piece of furniture against a wall: ``at`` is its relative position along the wall, ``long`` and
+    ``deep`` are in metres."""
 
     wall: str
     at: float
@@ -25,21 +26,21 @@ class Fitting:
 
 
 def furnish(rng: np.random.Generator, plan: FloorPlan) -> tuple[Polygon, ...]:
-    """Draw furniture for each room of the plan: like rooms get the same fittings, and something of their own."""
+    """Draw furniture for each room of the plan. Most rooms get the same fittings; each also gets some of its own."""
     alike = tuple(_fittings(rng) for _ in range(2))
     in_rooms: list[Polygon] = []
     in_halls: list[Polygon] = []
     for room in plan.rooms:
         if room.kind == "room":
             pieces = _room_pieces(rng, room, alike[int(rng.random() < 0.3)])
-            in_rooms += admitted([[(piece,)] for piece in pieces], room, plan)
+            in_rooms += place_furniture([[(piece,)] for piece in pieces], room, plan)
         else:
-            in_halls += admitted([[(piece,)] for piece in corridor_pieces(rng, room)], room, plan, in_halls)
+            in_halls += place_furniture([[(piece,)] for piece in corridor_pieces(rng, room)], room, plan, in_halls)
     return (*in_halls, *in_rooms)
 
 
 def _fittings(rng: np.random.Generator) -> tuple[Fitting, ...]:
-    """What a row of like offices has in each of them, told from the door: far wall, left and right."""
+    """Draw the fittings that equal offices share. Walls are named as seen from the door: far, left and right."""
     desk = Fitting("far", rng.uniform(0.1, 0.9), rng.uniform(1.4, 1.8), rng.uniform(0.7, 0.9))
     cabinet = Fitting(str(rng.choice(["left", "right"])), rng.uniform(0.2, 0.9), rng.uniform(0.8, 1.4), 0.45)
     shelf = Fitting(str(rng.choice(["left", "right"])), rng.uniform(0.3, 0.9), rng.uniform(1.0, 2.0), 0.3)
@@ -67,7 +68,7 @@ def _room_pieces(rng: np.random.Generator, room: Room, fittings: tuple[Fitting, 
 
 
 def corridor_pieces(rng: np.random.Generator, hall: Room) -> list[Polygon]:
-    """Cabinets and machines along the sides of a corridor, along x, or cross corridor, about one every six metres."""
+    """Draw cabinets and machines along the sides of a corridor or cross corridor, about one per six metres."""
     along_x = hall.kind == "corridor"
     count = int(max(hall.width, hall.depth) / 6.0) + 1
     pieces = []

@@ -1,4 +1,4 @@
-"""What a family of worlds draws."""
+"""Describe the layout that a family draws."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from worlds.polygon import Polygon
 
 @dataclass(frozen=True, eq=False)
 class WorldDrawing:
-    """``obstacles`` as ``World`` has them, and where the family brings them its ``starts``, its
-    ``fence`` and the number of ``parts`` that its floor falls into on purpose."""
+    """Hold ``obstacles`` as in ``World``, and optionally ``starts``, a ``fence``, and the number of separate ``parts``
+    of the floor."""
 
     obstacles: tuple[Polygon, ...]
     starts: tuple[SE2, ...] = ()
@@ -20,7 +20,7 @@ class WorldDrawing:
 
 
 def require_size(family: str, width: float, height: float, least: tuple[float, float]) -> None:
-    """Raise ``ValueError`` naming the value where a size [m] is too small to hold the family."""
+    """Raise ``ValueError`` with the value if a size [m] is too small for the family."""
     for name, value, bound in zip(("width", "height"), (width, height), least, strict=True):
         if not value >= bound:
             raise ValueError(f"{family}: {name} is {value:g} m, too small: needs {bound:g} m")

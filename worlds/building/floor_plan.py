@@ -1,4 +1,4 @@
-"""The floor of an office building: bands of rooms along corridors, with walls and doors, still unfurnished."""
+"""Plan the floor of an office building: rows of rooms along corridors, with walls and doors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WALL = 0.15
 
 @dataclass(frozen=True)
 class Door:
-    """An opening of ``width`` [m] centred at (x, y) in a wall along x (``along_x``) or along y."""
+    """Describe an opening of ``width`` [m] centred at (x, y), in a wall along x (``along_x``) or along y."""
 
     x: float
     y: float
@@ -25,7 +25,8 @@ class Door:
 
 @dataclass(frozen=True)
 class Room:
-    """A rectangle of free floor [m]; ``kind`` is room, cross or corridor, and ``door_below`` where its door is."""
+    """Describe a rectangle of free floor [m]. ``kind`` is room, cross or corridor; ``door_below`` is the side of its
+    door."""
 
     x0: float
     y0: float
@@ -45,7 +46,7 @@ class Room:
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """Rooms (corridors among them), doors and the wall polygons of a building of ``length`` x ``depth`` [m]."""
+    """Hold the rooms (with corridors), doors and wall polygons of a building of ``length`` x ``depth`` [m]."""
 
     length: float
     depth: float
@@ -54,11 +55,12 @@ class FloorPlan:
     walls: tuple[Polygon, ...]
 
 
-def lay_out(rng: np.random.Generator, length: float, depth: float) -> FloorPlan:
-    """Draw a floor plan with its corridors along x: a corridor about every ten metres of ``depth``, both in metres.
+def draw_floor_plan(rng: np.random.Generator, length: float, depth: float) -> FloorPlan:
+    """Draw a floor plan with corridors along x, about one per ten metres of ``depth``; ``length`` and ``depth`` in
+    metres.
 
-    Rooms are multiples of one width that the building has throughout, so that many are alike; doors stand at the
-    same place in like rooms. Corridors are tied by cross corridors. Raises ``ValueError`` below 10 x 8 m.
+    Room widths are multiples of one module, so many rooms are equal; equal rooms have their doors at the same place.
+    Cross corridors connect the corridors. Raises ``ValueError`` below 10 x 8 m.
     """
     if not (length >= 10.0 and depth >= 8.0):
         raise ValueError(f"office: {length} x {depth} m is too small, needs 10 x 8 m")
@@ -103,7 +105,7 @@ def _split_depth(
 def rooms_of_band(
     rng: np.random.Generator, length: float, y0: float, y1: float, module: float, inner: bool, door_below: bool
 ) -> list[Room]:
-    """Cut a band, y0 to y1 [m], into rooms of one or two modules; an inner one gets a cross corridor between two."""
+    """Divide a row from y0 to y1 [m] into rooms of one or two modules; an inner row gets a cross corridor."""
     widths: list[float] = []
     kinds: list[str] = []
     cross = rng.uniform(1.8, 2.4) if inner else 0.0
@@ -130,7 +132,7 @@ def rooms_of_band(
 
 
 def corridor_door(rng: np.random.Generator, room: Room, module: float, shares: dict[int, float]) -> Door:
-    """The door of a room to its corridor: at the share of its width that like rooms have, or in 3 of 10 elsewhere."""
+    """Draw a room's door to its corridor: at the position of equal rooms with probability 0.7, else at random."""
     share = shares[2 if room.width > 1.5 * module else 1] if rng.random() < 0.7 else rng.uniform(0.1, 0.9)
     width = rng.uniform(0.95, 1.2)
     margin = 0.25 + width / 2.0
@@ -139,7 +141,7 @@ def corridor_door(rng: np.random.Generator, room: Room, module: float, shares: d
 
 
 def _links(rng: np.random.Generator, row: list[Room]) -> list[Door]:
-    """Doors between neighbouring rooms, here and there."""
+    """Draw doors between some neighbouring rooms."""
     links = []
     for left, right in pairwise(row):
         if left.kind == right.kind == "room" and rng.random() < 0.15:
@@ -149,7 +151,7 @@ def _links(rng: np.random.Generator, row: list[Room]) -> list[Door]:
 
 
 def outer_walls(length: float, depth: float) -> list[Polygon]:
-    """The four walls about a building of ``length`` x ``depth`` [m]."""
+    """Return the four outer walls of a building of ``length`` x ``depth`` [m]."""
     return [
         box(0.0, 0.0, length, WALL),
         box(0.0, depth - WALL, length, depth),
@@ -159,14 +161,14 @@ def outer_walls(length: float, depth: float) -> list[Polygon]:
 
 
 def wall_along_x(length: float, y: float, row: list[Room], doors: list[Door]) -> list[Polygon]:
-    """The wall between a band and a corridor, open at doors and at the mouths of cross corridors."""
+    """Return the wall between a row and a corridor, open at doors and cross corridors."""
     gaps = [(door.x - door.width / 2.0, door.x + door.width / 2.0) for door in doors]
     gaps += [(room.x0, room.x1) for room in row if room.kind == "cross"]
     return [box(a, y, b, y + WALL) for a, b in between(0.0, length, gaps)]
 
 
 def dividers(row: list[Room], links: list[Door]) -> list[Polygon]:
-    """The walls along y between the rooms of a row, open at the links."""
+    """Return the walls along y between the rooms of a row, open at the links."""
     walls = []
     for room in row[:-1]:
         gaps = [(d.y - d.width / 2.0, d.y + d.width / 2.0) for d in links if abs(d.x - room.x1) < WALL]
@@ -175,6 +177,6 @@ def dividers(row: list[Room], links: list[Door]) -> list[Polygon]:
 
 
 def between(start: float, end: float, gaps: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """What gaps leave of the stretch from start to end."""
+    """Return the intervals from start to end that the gaps leave."""
     borders = [start, *(border for gap in sorted(gaps) for border in gap), end]
     return [(a, b) for a, b in zip(borders[::2], borders[1::2], strict=True) if b > a]

@@ -1,4 +1,4 @@
-"""Furniture against the walls of any room, and in its middle."""
+"""Place furniture against the walls of a room, or in its middle."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from worlds.building.furniture_placement import Group
 from worlds.polygon import Polygon, box, turned_box
 
 SUNK = 0.01
-"""Furniture against a wall reaches this far into it [m], so that no ray finds a gap."""
+"""Depth [m] by which furniture overlaps its wall, so that no ray passes between them."""
 SIDES = ("left", "right", "low", "high")
 
 
 def against(room: Room, side: str, at: float, long: float, deep: float) -> Polygon:
-    """A box against that side of the room, ``long`` along the wall and ``deep`` into the room [m], at a share of it."""
+    """Return a box against one side of the room, ``long`` along the wall and ``deep`` into the room [m], at the
+    relative position ``at``."""
     if side in ("low", "high"):
         x = room.x0 + at * (room.width - long)
         y = room.y0 - SUNK if side == "low" else room.y1 + SUNK - deep
@@ -27,7 +28,7 @@ def against(room: Room, side: str, at: float, long: float, deep: float) -> Polyg
 def somewhere_against(
     rng: np.random.Generator, room: Room, long: float, deep: float, tries: int = 8, corner: float = 0.5
 ) -> list[Group]:
-    """Alternatives for one piece: against any wall, with probability ``corner`` in a corner."""
+    """Draw alternative placements of one piece: against any wall, with probability ``corner`` in a corner."""
     alternatives: list[Group] = []
     for _ in range(tries):
         at = float(rng.integers(0, 2)) if rng.random() < corner else rng.random()
@@ -36,7 +37,7 @@ def somewhere_against(
 
 
 def table_with_chairs(rng: np.random.Generator, room: Room, tries: int = 6) -> list[Group]:
-    """Alternatives for one table away from the walls, with two or three chairs pushed under each long side."""
+    """Draw alternative placements of a table away from the walls, with two or three chairs at each long side."""
     long, wide, chairs = rng.uniform(1.4, 2.2), rng.uniform(0.8, 1.0), int(rng.integers(2, 4))
     alternatives: list[Group] = []
     for _ in range(tries):

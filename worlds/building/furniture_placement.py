@@ -1,4 +1,4 @@
-"""What fits into a room: nothing that closes a door, leaves a slit, or cuts the floor in two."""
+"""Place furniture without blocking doors, leaving narrow gaps or dividing the floor."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from worlds.building.floor_plan import Door, FloorPlan, Room
 from worlds.polygon import Polygon, contains, distances, edges
 
 PASSAGE = 0.65
-"""Between any two things that do not touch there is at least this much room [m]."""
+"""Least gap between two pieces that do not touch [m]."""
 DOOR_FREE = 0.75
-"""Nothing stands nearer than this to the edge of a door [m]."""
+"""Least distance of furniture from the edge of a door [m]."""
 Group = tuple[Polygon, ...]
-"""Things that belong together, such as a table and its chairs."""
+"""Pieces that belong together, such as a table and its chairs."""
 
 
-def admitted(
-    wanted: Iterable[Sequence[Group]], room: Room, plan: FloorPlan, standing: Sequence[Polygon] = ()
+def place_furniture(
+    items: Iterable[Sequence[Group]], room: Room, plan: FloorPlan, standing: Sequence[Polygon] = ()
 ) -> list[Polygon]:
-    """What fits of the wanted, of each the first of its alternatives that does.
+    """Place each item by the first of its alternatives that fits; drop the items that do not fit.
 
-    A group stands or falls as one. Things keep clear of doors, leave no slits to walls, to what is ``standing`` and to
-    each other, and the floor stays in one piece.
+    A group is placed or dropped as a whole. Pieces keep clear of doors, leave no narrow gaps to walls, to ``standing``
+    pieces and to each other, and the floor stays connected.
     """
     walls = [wall for wall in plan.walls if _is_near(wall, room)]
     doors = [door for door in plan.doors if _is_near(np.array([(door.x, door.y)]), room)]
     points = _floor_points(room)
     floor = np.logical_and.reduce([_leaves_free(wall, points) for wall in walls])
     kept: list[Polygon] = []
-    for alternatives in wanted:
+    for alternatives in items:
         for group in alternatives:
             if any(_is_tight(piece, walls, (*standing, *kept)) or not _keeps_doors(piece, doors) for piece in group):
                 continue
@@ -58,7 +58,8 @@ def _is_near(points: Polygon, room: Room) -> bool:
 
 
 def gap_between(one: Polygon, other: Polygon) -> float:
-    """Between two convex polygons [m], 0 where a corner of one lies in the other; a lower bound where far apart."""
+    """Return the distance between two convex polygons [m], 0 if a corner of one lies in the other. Beyond ``PASSAGE``
+    it is a lower bound."""
     beside = max((other.min(axis=0) - one.max(axis=0)).max(), (one.min(axis=0) - other.max(axis=0)).max())
     if beside >= PASSAGE:
         return float(beside)
@@ -74,13 +75,13 @@ def _keeps_doors(piece: Polygon, doors: list[Door]) -> bool:
 
 
 def _floor_points(room: Room, step: float = 0.1) -> NDArray[np.float64]:
-    """Points [m] on the floor of the room, (rows, cols, 2)."""
+    """Return points [m] on the floor of the room, (rows, cols, 2)."""
     x, y = np.arange(room.x0, room.x1, step), np.arange(room.y0, room.y1, step)
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 
 def _leaves_free(solid: Polygon, points: NDArray[np.float64], radius: float = 0.25) -> NDArray[np.bool_]:
-    """At which of the points, (rows, cols, 2), a robot of that radius [m] stands clear of the solid."""
+    """Return at which of the points (rows, cols, 2) a robot of ``radius`` [m] does not touch the solid."""
     free = np.ones(points.shape[:2], dtype=np.bool_)
     low, high = solid.min(axis=0) - radius, solid.max(axis=0) + radius
     near = ((points >= low) & (points <= high)).all(axis=2)

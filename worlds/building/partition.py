@@ -1,4 +1,4 @@
-"""A rectangle cut into rooms, again and again, and doors that join them all."""
+"""Divide a rectangle into rooms recursively, and connect them all by doors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CORNER = 0.25
 
 @dataclass(frozen=True)
 class _Cut:
-    """A wall from ``low`` to ``high`` [m], along x (``along_x``) or y, whose nearer face is at ``at`` [m]."""
+    """Describe a wall from ``low`` to ``high`` [m], along x (``along_x``) or y, whose lower face is at ``at`` [m]."""
 
     along_x: bool
     at: float
@@ -26,8 +26,11 @@ class _Cut:
 def partition(
     rng: np.random.Generator, length: float, depth: float, least: float = 2.5, largest: float = 26.0
 ) -> FloorPlan:
-    """Cut the floor of ``length`` x ``depth`` [m] into rooms no narrower than ``least`` [m], cutting on while one has
-    more than about ``largest`` [m^2]; each can be reached, and about one in four neighbours has a door besides."""
+    """Divide a floor of ``length`` x ``depth`` [m] into rooms at least ``least`` [m] wide and at most about ``largest``
+    [m^2].
+
+    All rooms are connected; about one in four other pairs of neighbours also has a door.
+    """
     cuts: list[_Cut] = []
     rooms = _halved(rng, Room(WALL, WALL, length - WALL, depth - WALL, "room"), least, largest, cuts)
     doors = _doors(rng, rooms)
@@ -55,7 +58,7 @@ def _halved(rng: np.random.Generator, room: Room, least: float, largest: float, 
 
 
 def _doors(rng: np.random.Generator, rooms: list[Room]) -> list[Door]:
-    """One door where it joins what was apart, larger rooms first, as a hall has more doors than a pantry."""
+    """Add doors until all rooms are connected, larger rooms first, because halls have more doors than small rooms."""
     pairs = [(a, b) for a in range(len(rooms)) for b in range(len(rooms)) if _shared(rooms[a], rooms[b])]
     sizes = [room.width * room.depth for room in rooms]
     pairs.sort(key=lambda pair: -max(sizes[pair[0]], sizes[pair[1]]))
@@ -70,7 +73,7 @@ def _doors(rng: np.random.Generator, rooms: list[Room]) -> list[Door]:
 
 
 def _shared(first: Room, second: Room) -> tuple[float, float] | None:
-    """The stretch of wall that a room shares with one right of it or above it, if a door fits in."""
+    """Return the interval of wall that a room shares with one right of it or above it, None if a door does not fit."""
     if abs(first.x1 + WALL - second.x0) < 1e-6:
         low, high = max(first.y0, second.y0), min(first.y1, second.y1)
     elif abs(first.y1 + WALL - second.y0) < 1e-6:

@@ -1,4 +1,4 @@
-"""Things that stand about in the open, never too near to one another."""
+"""Scatter objects with a least distance between them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from worlds.building.furniture_placement import gap_between
 from worlds.polygon import Polygon
 
 
-def scattered(wanted: Iterable[Polygon], standing: Sequence[Polygon], gap: float) -> list[Polygon]:
-    """Which of the wanted convex pieces, in order, stay ``gap`` [m] apart from what stands and from each other.
+def scattered(pieces: Iterable[Polygon], standing: Sequence[Polygon], gap: float) -> list[Polygon]:
+    """Return the convex pieces, in order, that keep ``gap`` [m] from ``standing`` pieces and from each other.
 
-    One robot wide or more, such a gap keeps the floor in one piece, as no ring of things can close.
+    If the gap is at least as wide as a robot, the floor stays connected.
     """
     kept: list[Polygon] = []
     lows, highs = [piece.min(axis=0) for piece in standing], [piece.max(axis=0) for piece in standing]
-    for piece in wanted:
+    for piece in pieces:
         low, high = piece.min(axis=0) - gap, piece.max(axis=0) + gap
         others = [*standing, *kept]
         meets = (np.array(lows).reshape(-1, 2) <= high) & (np.array(highs).reshape(-1, 2) >= low)
@@ -29,7 +29,8 @@ def scattered(wanted: Iterable[Polygon], standing: Sequence[Polygon], gap: float
 
 
 def blob(rng: np.random.Generator, x: float, y: float, radius: float, corners: int = 12) -> Polygon:
-    """A convex, irregular round thing about (x, y) [m], such as a bush or a rock, no wider than ``radius`` [m]."""
+    """Draw a convex, irregular round object about (x, y) [m], such as a bush or a rock, no wider than
+    ``radius`` [m]."""
     stretch, yaw = rng.uniform(0.65, 1.0), rng.uniform(0.0, np.pi)
     angles = np.sort(2.0 * np.pi * (np.arange(corners) + rng.uniform(-0.3, 0.3, corners)) / corners)
     local = radius * np.stack((np.cos(angles), stretch * np.sin(angles)), axis=-1)

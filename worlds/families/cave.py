@@ -1,4 +1,4 @@
-"""A cave."""
+"""Generate caves."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from worlds.building.drawing import WorldDrawing, require_size
 from worlds.polygon import Polygon, signed_area
 
 CELL = 0.1
-"""Cells on which the cave is grown [m]."""
+"""Cell size of the noise field [m]."""
 STEP = 0.3
-"""Grid on which its outline is drawn [m]: no side of the rock is longer than this grid's diagonal."""
+"""Cell size of the grid on which the outline is traced [m]: no side of the rock is longer than its diagonal."""
 RIM = 1.2
-"""How far the rock grows in from the border [m]; half of that it always does."""
+"""Thickness of the rock along the border [m]; at least half of it is always solid."""
 WAY = 0.6
-"""Half the width of the narrowest way that is kept [m]."""
+"""Half the least width of passages [m]."""
 ROUGH = 0.05
-"""How rough the walls are: the standard deviation of a noise on a field that goes from 0 to 1 within half a metre."""
+"""Roughness of the walls: standard deviation of the noise on a field that rises from 0 to 1 within half a metre."""
 LEAST_ROCK = 0.5
-"""Rock that stands alone and is smaller than this [m^2] is left out; smoothed, half of it."""
+"""Smallest area of a boulder [m^2]; half of it after smoothing."""
 THINNEST = 0.3
-"""No half of the rock leaves a splinter thinner than this where it is cut [m]."""
+"""Least thickness of a half of the rock where it is cut [m]."""
 LAP = 1e-4
-"""How far the halves of the rock reach over the line between them [m], so that no ray passes."""
+"""Overlap of the two halves of the rock [m], so that no ray passes between them."""
 
 
 def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) -> WorldDrawing:
-    """Draw a cave of ``width`` x ``height`` [m]: chambers, ways over 1 m wide and boulders, nowhere a straight line.
+    """Draw a cave of ``width`` x ``height`` [m]: chambers, passages over 1 m wide and boulders, without straight walls.
 
-    The rock is smoothed noise above a threshold. What lies around the hollow is drawn in halves, as it is no simple
-    polygon: only their sides in the rock and on the world's border are straight. Raises ``ValueError`` below
-    12 x 12 m.
+    The rock is smoothed noise above a threshold. The rock around the free floor is not a simple polygon, so it is drawn
+    in two halves; only the sides along the cut and the world's border are straight. Raises ``ValueError`` below 12 x 12
+    m.
     """
     require_size("cave", width, height, (12.0, 12.0))
     shape = (round(height / CELL) + 1, round(width / CELL) + 1)
@@ -50,7 +50,7 @@ def cave(rng: np.random.Generator, width: float = 40.0, height: float = 40.0) ->
 
 
 def _hollow(rng: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The largest hollow of a noise, wide enough to drive in everywhere; what is left of the rest is rock."""
+    """Draw noise and return the largest connected free area that is wide enough for robots; the rest is rock."""
     noise = sum(
         (weight * _unit(ndimage.gaussian_filter(rng.normal(size=shape), sigma / CELL)) for weight, sigma in _OCTAVES),
         start=np.zeros(shape),
@@ -71,7 +71,7 @@ def _hollow(rng: np.random.Generator, shape: tuple[int, int]) -> NDArray[np.bool
 
 
 _OCTAVES = ((1.0, 1.5), (0.35, 0.6))
-"""Weight and width [m] of the noises that are added."""
+"""Weight and width [m] of the summed noises."""
 
 
 def _unit(noise: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -80,7 +80,8 @@ def _unit(noise: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _outlines(field: NDArray[np.float64], size: tuple[float, float]) -> list[Polygon]:
-    """Where the field, (rows, cols) over the world, is positive: boulders whole, the rock around them in two halves."""
+    """Trace where the field (rows, cols) over the world is positive: boulders as a whole, the surrounding rock in two
+    halves."""
     labels, _ = ndimage.label(field > 0.0)
     around = labels == labels[0, 0]
     scale = np.array((size[0] / (field.shape[1] - 1), size[1] / (field.shape[0] - 1)))
@@ -100,7 +101,7 @@ def _outlines(field: NDArray[np.float64], size: tuple[float, float]) -> list[Pol
 def _halves(
     rock: NDArray[np.float64], cut: int, scale: NDArray[np.float64], size: tuple[float, float]
 ) -> list[Polygon]:
-    """The rock left and right of a column, through which its hollow passes, or it would have a hole still."""
+    """Trace the rock left and right of a column that passes through the free area, so that neither half has a hole."""
     outlines = []
     lap = np.array((LAP, 0.0))
     for first, stop in ((0, cut + 1), (cut, rock.shape[1])):
@@ -112,14 +113,14 @@ def _halves(
 
 
 def _contours(field: NDArray[np.float64], first: ArrayLike, scale: NDArray[np.float64]) -> list[Polygon]:
-    """The outlines of what is positive, [m], counter-clockwise; ``first`` is column and row of cell (0, 0)."""
+    """Trace the positive areas counter-clockwise [m]; ``first`` is the column and row of cell (0, 0)."""
     contours = measure.find_contours(field, 0.0)  # type: ignore[no-untyped-call]
     polygons = [_tidy((contour[:-1, ::-1] + np.asarray(first)) * scale) for contour in contours]
     return [frozen_array(each if signed_area(each) > 0.0 else each[::-1], np.float64) for each in polygons]
 
 
 def _tidy(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Without corners that repeat, nor those on a straight line between their neighbours."""
+    """Remove repeated corners and corners on a straight line between their neighbours."""
     corners = corners[np.hypot(*(np.roll(corners, -1, axis=0) - corners).T) > 1e-6]
     ahead, behind = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     return corners[np.abs(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]) > 1e-9]

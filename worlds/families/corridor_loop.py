@@ -1,4 +1,4 @@
-"""Corridors that close in loops."""
+"""Generate corridors that form loops."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from worlds.building.scatter import scattered
 from worlds.polygon import Polygon, box, disc
 
 PASSAGE = 1.0
-"""Least room between what stands in the corridors and all else [m]."""
+"""Least gap between loose objects and anything else [m]."""
 
 Side = list[tuple[float, float]]
 
@@ -18,8 +18,7 @@ Side = list[tuple[float, float]]
 def corridor_loop(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> WorldDrawing:
     """Draw corridors along the border of ``width`` x ``height`` [m] and one across: two loops around solid blocks.
 
-    Doors that are shut and alcoves are let into the walls; benches and bins stand in the corridors. Raises
-    ``ValueError`` below 16 x 12 m.
+    Walls have closed doors and alcoves; benches and bins stand in the corridors. Raises ``ValueError`` below 16 x 12 m.
     """
     require_size("corridor_loop", width, height, (16.0, 12.0))
     rim = rng.uniform(0.9, 1.3, 4)
@@ -34,7 +33,7 @@ def corridor_loop(rng: np.random.Generator, width: float = 40.0, height: float =
 
 
 def _block(rng: np.random.Generator, x0: float, y0: float, x1: float, y1: float) -> Polygon:
-    """A solid rectangle with niches in its four sides."""
+    """Return a solid rectangle with niches in its four sides."""
     depth = min(1.4, (x1 - x0) / 4.0, (y1 - y0) / 4.0)
     low, right = _niches(rng, x1 - x0, depth), _niches(rng, y1 - y0, depth)
     high, left = _niches(rng, x1 - x0, depth), _niches(rng, y1 - y0, depth)
@@ -46,7 +45,7 @@ def _block(rng: np.random.Generator, x0: float, y0: float, x1: float, y1: float)
 
 
 def _rim(rng: np.random.Generator, width: float, height: float, rim: np.ndarray) -> list[Polygon]:
-    """Four slabs along the border, with niches on the inside."""
+    """Return four walls along the border, with niches on the inside."""
     left, low, right, high = (float(each) for each in rim)
     depth = min(rim) - 0.3
     inner = [_niches(rng, length, depth, margin=max(rim) + 1.5) for length in (width, height, width, height)]
@@ -60,7 +59,8 @@ def _rim(rng: np.random.Generator, width: float, height: float, rim: np.ndarray)
 
 
 def _niches(rng: np.random.Generator, length: float, depth: float, margin: float = 1.6) -> Side:
-    """Corners (along, inward) [m] of a side from 0 to ``length``: shut doors, and alcoves up to ``depth`` deep."""
+    """Draw the corners (along, inward) [m] of a side from 0 to ``length``, with closed doors and alcoves up to
+    ``depth`` deep."""
     corners = [(0.0, 0.0)]
     along = margin + rng.uniform(0.0, 2.0)
     while True:
@@ -75,7 +75,7 @@ def _niches(rng: np.random.Generator, length: float, depth: float, margin: float
 
 
 def _bins(rng: np.random.Generator, standing: list[Polygon], width: float, height: float) -> list[Polygon]:
-    """Benches, cabinets and bins against straight stretches of the walls."""
+    """Draw benches, cabinets and bins against straight parts of the walls."""
     pieces: list[Polygon] = []
     for wall in standing:
         along = np.roll(wall, -1, axis=0) - wall

@@ -1,4 +1,4 @@
-"""Places side by side that no way joins."""
+"""Generate separate worlds side by side."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from worlds.families.open_hall import open_hall
 from worlds.polygon import Polygon, box
 
 ROCK = 1.0
-"""How far the places are apart [m]; all of that is solid."""
-PLACES = (office, house, maze, open_hall)
+"""Thickness of the solid between the parts [m]."""
+FAMILIES = (office, house, maze, open_hall)
 
 
 def disjoint(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> WorldDrawing:
-    """Draw four unlike places in the quarters of ``width`` x ``height`` [m], with solid between: an office, a house, a
-    maze and a hall, in any order.
+    """Draw an office, a house, a maze and a hall in the quarters of ``width`` x ``height`` [m], in random order,
+    separated by solid.
 
-    Robots begin in places of their own as far as there are enough, so that any merge of two such maps is wrong. Raises
+    Robots start in different parts as far as there are enough, so every merge of two such maps is wrong. Raises
     ``ValueError`` below 21 x 21 m.
     """
     require_size("disjoint", width, height, (21.0, 21.0))
@@ -31,7 +31,7 @@ def disjoint(rng: np.random.Generator, width: float = 40.0, height: float = 25.0
         box(0.0, part[1], width, part[1] + ROCK),
     ]
     corners = [(x, y) for x in (0.0, part[0] + ROCK) for y in (0.0, part[1] + ROCK)]
-    for corner, index in zip(corners, rng.permutation(len(PLACES)), strict=True):
-        place = PLACES[int(index)](rng, *part)
-        pieces += [frozen_array(polygon + np.array(corner), np.float64) for polygon in place.obstacles]
-    return WorldDrawing(tuple(pieces), parts=len(PLACES))
+    for corner, index in zip(corners, rng.permutation(len(FAMILIES)), strict=True):
+        drawing = FAMILIES[int(index)](rng, *part)
+        pieces += [frozen_array(polygon + np.array(corner), np.float64) for polygon in drawing.obstacles]
+    return WorldDrawing(tuple(pieces), parts=len(FAMILIES))

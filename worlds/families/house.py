@@ -1,4 +1,4 @@
-"""A dwelling."""
+"""Generate houses."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import numpy as np
 from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import FloorPlan, Room
 from worlds.building.furniture import SIDES, against, somewhere_against, table_with_chairs
-from worlds.building.furniture_placement import Group, admitted
+from worlds.building.furniture_placement import Group, place_furniture
 from worlds.building.partition import partition
 from worlds.polygon import Polygon, box, disc
 
 
 def house(rng: np.random.Generator, width: float = 15.0, height: float = 12.0) -> WorldDrawing:
-    """Draw a house of ``width`` x ``height`` [m]: unlike rooms about a living room, furnished each for its use.
+    """Draw a house of ``width`` x ``height`` [m]: different rooms around a living room, each furnished for its use.
 
     Doors are at least 0.9 m wide, walls 0.15 m thick. Raises ``ValueError`` below 8 x 7 m.
     """
@@ -27,14 +27,14 @@ def _furniture(rng: np.random.Generator, plan: FloorPlan) -> list[Polygon]:
     pieces = []
     for rank, room in enumerate(by_size):
         if rank == 0:
-            wanted = _living(rng, room)
+            items = _living(rng, room)
         elif rank == 1:
-            wanted = _kitchen(rng, room)
+            items = _kitchen(rng, room)
         elif rank == len(by_size) - 1:
-            wanted = _bath(rng, room)
+            items = _bath(rng, room)
         else:
-            wanted = _study(rng, room) if rng.random() < 0.25 else _bedroom(rng, room)
-        pieces += admitted(wanted, room, plan)
+            items = _study(rng, room) if rng.random() < 0.25 else _bedroom(rng, room)
+        pieces += place_furniture(items, room, plan)
     return pieces
 
 
@@ -50,7 +50,7 @@ def _living(rng: np.random.Generator, room: Room) -> list[list[Group]]:
 
 
 def _seats(rng: np.random.Generator, room: Room, side: str, at: float) -> Group:
-    """A sofa against a wall and a low table before it."""
+    """Return a sofa against a wall and a low table in front of it."""
     sofa = against(room, side, at, rng.uniform(1.8, 2.4), 0.9)
     middle = sofa.mean(axis=0)
     into = {"left": (1.0, 0.0), "right": (-1.0, 0.0), "low": (0.0, 1.0), "high": (0.0, -1.0)}[side]

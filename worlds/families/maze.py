@@ -1,4 +1,4 @@
-"""A maze."""
+"""Generate mazes."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from worlds.building.floor_plan import WALL
 from worlds.polygon import Polygon, box, disc
 
 PITCH = 2.0
-"""About how far one way of the maze is from the next [m]."""
+"""Approximate distance between neighbouring passages [m]."""
 LOOPS = 0.12
-"""Share of the inner walls that are taken away, so that there is more than one way."""
+"""Fraction of the inner walls that are removed, to create loops."""
 BARRELS = 0.35
-"""Share of the lower left corners with a barrel in them."""
+"""Fraction of the lower left corners that hold a barrel."""
 
 
 def maze(rng: np.random.Generator, width: float = 20.0, height: float = 20.0) -> WorldDrawing:
-    """Draw a maze of ``width`` x ``height`` [m]: ways about 1.85 m wide between walls of 0.15 m, some loops, barrels.
+    """Draw a maze of ``width`` x ``height`` [m]: passages about 1.85 m wide, walls of 0.15 m, some loops, and barrels.
 
     Raises ``ValueError`` below 6 x 6 m.
     """
@@ -30,7 +30,8 @@ def maze(rng: np.random.Generator, width: float = 20.0, height: float = 20.0) ->
 
 
 def _carved(rng: np.random.Generator, rows: int, cols: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Walls below, (rows + 1, cols), and left, (rows, cols + 1), of each cell, by a random walk that backs up."""
+    """Carve the walls below (rows + 1, cols) and left (rows, cols + 1) of each cell, by a random walk with
+    backtracking."""
     below, left = np.ones((rows + 1, cols), dtype=np.bool_), np.ones((rows, cols + 1), dtype=np.bool_)
     seen = np.zeros((rows, cols), dtype=np.bool_)
     way = [(int(rng.integers(rows)), int(rng.integers(cols)))]
@@ -58,7 +59,7 @@ def _carved(rng: np.random.Generator, rows: int, cols: int) -> tuple[NDArray[np.
 
 
 def _walls(below: NDArray[np.bool_], left: NDArray[np.bool_], step: tuple[float, float]) -> list[Polygon]:
-    """Walls of one line that touch are one box."""
+    """Merge touching walls of one line into one box."""
     pieces = [
         box(a * step[0], row * step[1], b * step[0] + WALL, row * step[1] + WALL)
         for row, line in enumerate(below)
@@ -79,7 +80,7 @@ def _runs(line: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def _barrels(
     rng: np.random.Generator, below: NDArray[np.bool_], left: NDArray[np.bool_], step: tuple[float, float]
 ) -> list[Polygon]:
-    """In the lower left corner of cells that have one, sunk a little into both walls."""
+    """Place barrels in lower left corners, slightly overlapping both walls."""
     pieces = []
     for row, col in np.argwhere(below[:-1] & left[:, :-1] & (rng.random((len(left), len(below[0]))) < BARRELS)):
         radius = rng.uniform(0.2, 0.32)

@@ -1,4 +1,4 @@
-"""An open hall."""
+"""Generate open halls."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from worlds.building.scatter import scattered
 from worlds.polygon import Polygon, box, disc, turned_box
 
 PASSAGE = 1.2
-"""Least room between things in the hall [m]."""
+"""Least gap between objects in the hall [m]."""
 
 
 def open_hall(rng: np.random.Generator, width: float = 30.0, height: float = 30.0) -> WorldDrawing:
@@ -26,7 +26,7 @@ def open_hall(rng: np.random.Generator, width: float = 30.0, height: float = 30.
 
 
 def _pillars(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:
-    """Two rows along y, all alike: round or square."""
+    """Draw two rows of equal pillars along y, round or square."""
     side, span, round_ones = rng.uniform(0.5, 0.8), rng.uniform(5.0, 7.0), rng.random() < 0.5
     count = max(1, int(height / span) - 1)
     inset = width * rng.uniform(0.2, 0.3)
@@ -47,7 +47,7 @@ def _stage(rng: np.random.Generator, width: float, height: float) -> Polygon:
 
 
 def _booths(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:
-    """Boxes against the left, right and lower wall; few, so that most of the wall stays bare."""
+    """Draw a few boxes against the left, right and lower wall."""
     pieces = []
     for _ in range(int((width + 2.0 * height) / 7.0)):
         long, deep = rng.uniform(1.5, 3.0), rng.uniform(0.6, 1.8)
@@ -63,7 +63,7 @@ def _booths(rng: np.random.Generator, width: float, height: float) -> list[Polyg
 
 
 def _tables(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:
-    """Round and square tables, displays and a counter somewhere on the floor, about one on 45 square metres."""
+    """Draw tables, displays and a counter on the floor, about one per 45 square metres."""
     pieces = [turned_box(width / 2.0, height * rng.uniform(0.3, 0.6), 3.2, 1.1, rng.uniform(0.0, np.pi))]
     for _ in range(int(width * height / 45.0)):
         x, y = (float(each) for each in rng.uniform((1.0, 1.0), (width - 1.0, height - 1.0)))

@@ -1,4 +1,4 @@
-"""A park."""
+"""Generate parks."""
 
 from __future__ import annotations
 
@@ -12,31 +12,32 @@ from worlds.building.scatter import blob, scattered
 from worlds.polygon import Polygon, contains, disc, distances, edges, turned_box
 
 PASSAGE = 1.0
-"""Least room between things outdoors [m]."""
+"""Least gap between objects [m]."""
 
 
 def outdoor(rng: np.random.Generator, width: float = 60.0, height: float = 60.0) -> WorldDrawing:
     """Draw a park of ``width`` x ``height`` [m]: trees as cylinders, bushes, rocks, benches and a shed; no walls.
 
-    Robots keep inside a fence, an irregular polygon that no lidar sees; what stands beyond it they can see.
-    Raises ``ValueError`` below 15 x 15 m.
+    Robots stay inside a fence, an irregular polygon that no lidar sees; objects beyond it are visible. Raises
+    ``ValueError`` below 15 x 15 m.
     """
     require_size("outdoor", width, height, (15.0, 15.0))
     fence = _fence(rng, width, height)
-    wanted = _built(rng, width, height) + _groves(rng, width, height) + _growth(rng, width, height)
-    wanted = [piece for piece in wanted if _gap_to_fence(piece, fence) >= PASSAGE]
-    return WorldDrawing(tuple(scattered(wanted, (), PASSAGE)), fence=fence)
+    pieces = _built(rng, width, height) + _groves(rng, width, height) + _growth(rng, width, height)
+    pieces = [piece for piece in pieces if _gap_to_fence(piece, fence) >= PASSAGE]
+    return WorldDrawing(tuple(scattered(pieces, (), PASSAGE)), fence=fence)
 
 
 def _gap_to_fence(piece: Polygon, fence: Polygon) -> float:
-    """0 where the fence runs through the piece; corners of a fence stand farther apart than a piece is wide."""
+    """Return the distance of a piece from the fence [m], 0 if they intersect. The fence's corners are farther apart
+    than a piece is wide."""
     if contains(fence, piece).any() and not contains(fence, piece).all():
         return 0.0
     return float(distances(edges(fence), piece).min())
 
 
 def _fence(rng: np.random.Generator, width: float, height: float, corners: int = 14) -> Polygon:
-    """A many-cornered outline 2 to 6 m inside the border."""
+    """Draw a polygon about 2 to 6 m inside the border."""
     angles = math.tau * (np.arange(corners) + rng.uniform(-0.25, 0.25, corners)) / corners
     direction = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     half = np.array((width, height)) / 2.0
@@ -47,7 +48,7 @@ def _fence(rng: np.random.Generator, width: float, height: float, corners: int =
 
 
 def _built(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:
-    """A shed, and benches."""
+    """Draw a shed and benches."""
     x, y = (float(each) for each in rng.uniform((0.25, 0.25), (0.75, 0.75)) * (width, height))
     pieces = [turned_box(x, y, rng.uniform(3.0, 5.0), rng.uniform(2.5, 3.5), rng.uniform(0.0, math.pi))]
     for _ in range(int(width * height / 300.0)):
@@ -57,7 +58,7 @@ def _built(rng: np.random.Generator, width: float, height: float) -> list[Polygo
 
 
 def _groves(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:
-    """Trees, two in three of them in groves."""
+    """Draw trees, two in three of them in groves."""
     count = int(width * height / 22.0)
     centres = rng.uniform((0.0, 0.0), (width, height), (max(2, count // 18), 2))
     pieces = []
@@ -72,7 +73,7 @@ def _groves(rng: np.random.Generator, width: float, height: float) -> list[Polyg
 
 
 def _growth(rng: np.random.Generator, width: float, height: float) -> list[Polygon]:
-    """Bushes and rocks."""
+    """Draw bushes and rocks."""
     pieces = []
     for _ in range(int(width * height / 70.0)):
         radius = rng.uniform(0.3, 1.2)

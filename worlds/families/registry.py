@@ -1,4 +1,4 @@
-"""The worlds that can be asked for by name."""
+"""List the families of worlds by name."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from worlds.world import World
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of world: ``draw`` makes its layout for a (width, height) [m], which are ``width`` and ``height`` unless
-    others are asked for; ``about`` is one line for who chooses among them."""
+    """Describe a family: ``draw`` makes a layout for a (width, height) [m]; ``width`` and ``height`` are the defaults,
+    ``about`` is its line in the list of worlds."""
 
     draw: Callable[[np.random.Generator, float, float], WorldDrawing]
     width: float
@@ -53,14 +53,14 @@ FAMILIES: dict[str, Family] = {
     "thesis_hall": Family(thesis_hall, *HALL_SIZE, "a walled hall of a doctoral study, one size, five starts"),
     "thesis_floor": Family(thesis_floor, 49.0, 37.0, "its U-shaped office floor, three starts"),
 }
-"""Name -> family, in the order in which they are shown."""
+"""Name -> family, in the order of the list."""
 
 
 def make_world(name: str, seed: int, width: float | None = None, height: float | None = None) -> World:
-    """The world of that family and seed, of its usual size [m] unless told otherwise.
+    """Generate a world of that family and seed, of its default size [m] unless given.
 
-    Raises ``ValueError`` where the name is unknown, the seed negative, or a size too small to hold the family, or
-    over 500 m.
+    Raises ``ValueError`` if the name is unknown, the seed is negative, or a size is too small for the family or above
+    500 m.
     """
     if name not in FAMILIES:
         raise ValueError(f"unknown world {name!r}; known are: {', '.join(FAMILIES)}")

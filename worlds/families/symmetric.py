@@ -1,4 +1,4 @@
-"""A building that is the same when turned by half a turn."""
+"""Generate buildings with a rotational symmetry of 180 degrees."""
 
 from __future__ import annotations
 
@@ -18,29 +18,28 @@ from worlds.building.floor_plan import (
     rooms_of_band,
     wall_along_x,
 )
-from worlds.building.furniture_placement import admitted
+from worlds.building.furniture_placement import place_furniture
 from worlds.polygon import Polygon
 
 
 def symmetric(rng: np.random.Generator, width: float = 30.0, height: float = 16.0) -> WorldDrawing:
-    """Draw unlike rooms along both sides of a corridor, ``width`` x ``height`` [m], the upper ones the lower ones
-    turned by half a turn: walls, doors and furniture.
+    """Draw different rooms on both sides of a corridor, ``width`` x ``height`` [m]. The upper half is the lower one
+    rotated by 180 degrees.
 
-    Maps that see little of it can be laid over each other in two ways, both right by all that they show. Raises
-    ``ValueError`` below 12 x 10 m.
+    Two maps of parts of it can be aligned in two ways that are equally right. Raises ``ValueError`` below 12 x 10 m.
     """
     require_size("symmetric", width, height, (12.0, 10.0))
     half = symmetric_half(rng, width, height)
     in_rooms = furnish(rng, FloorPlan(width, height, half.rooms, half.doors, half.walls))
     corridor = Room(WALL, half.rooms[0].y1 + WALL, width / 2.0 - 1.0, height - half.rooms[0].y1 - WALL, "corridor")
     whole = _whole(half)
-    in_corridor = admitted([[(piece,)] for piece in corridor_pieces(rng, corridor)], corridor, whole)
+    in_corridor = place_furniture([[(piece,)] for piece in corridor_pieces(rng, corridor)], corridor, whole)
     pieces = (*half.walls, *in_rooms, *in_corridor)
     return WorldDrawing((*pieces, *(_turned(piece, width, height) for piece in pieces)))
 
 
 def symmetric_half(rng: np.random.Generator, width: float, height: float) -> FloorPlan:
-    """The lower half: rooms, their doors, and the walls, without those that the other half brings."""
+    """Draw the lower half: rooms, doors and walls, without the walls of the other half."""
     corridor = rng.uniform(1.9, 2.4)
     y1 = (height - corridor) / 2.0 - WALL
     module = rng.uniform(3.3, 4.6)
@@ -57,5 +56,5 @@ def _whole(half: FloorPlan) -> FloorPlan:
 
 
 def _turned(polygon: Polygon, width: float, height: float) -> Polygon:
-    """By half a turn about the middle of the building."""
+    """Rotate by 180 degrees about the centre of the building."""
     return frozen_array(np.array((width, height)) - polygon, np.float64)

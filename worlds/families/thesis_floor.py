@@ -1,4 +1,4 @@
-"""The U-shaped office floor of a doctoral study of map merging, as far as it is described."""
+"""Generate the U-shaped office floor of Chen (2021), as far as it is described."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from mapping.geometry.se2 import SE2
 from worlds.building.drawing import WorldDrawing, require_size
 from worlds.building.floor_plan import WALL, Door, FloorPlan, Room, between, dividers, outer_walls
 from worlds.building.furniture import somewhere_against
-from worlds.building.furniture_placement import Group, admitted
+from worlds.building.furniture_placement import Group, place_furniture
 from worlds.polygon import Polygon, box
 
 BREADTH, LENGTH = 6.85, 5.75
-"""About how long a room of the lower wing, and of the other two, is along its corridor [m]."""
+"""Approximate length of a room along its corridor [m], in the lower wing and in the other two."""
 STUB = 0.9
-"""Length of the wall stubs in the rooms [m]."""
+"""Length of the short walls in the rooms [m]."""
 
 
 def thesis_floor(rng: np.random.Generator, width: float = 49.0, height: float = 37.0) -> WorldDrawing:
-    """Draw three wings about a solid court that is open to the top: a corridor 1.8 to 2 m wide and, outside of it,
-    rooms of 5.5 to 7.5 m in a row, most of them alike, with short wall stubs.
+    """Draw three wings around a solid courtyard, open at the top: a corridor 1.8 to 2 m wide and a row of rooms of 5.5
+    to 7.5 m outside of it, most of them equal, with short walls inside.
 
-    It brings three starts, in the left, the right and the lower corridor, so that the first two robots meet last.
-    Raises ``ValueError`` below 36 x 26 m.
+    It has three starts, in the left, the right and the lower corridor, so that the first two robots meet last. Raises
+    ``ValueError`` below 36 x 26 m.
     """
     require_size("thesis_floor", width, height, (36.0, 26.0))
     plan = thesis_floor_plan(rng, width, height)
-    furniture = [piece for room in plan.rooms[3:] for piece in admitted(_wanted(rng, room), room, plan)]
+    furniture = [piece for room in plan.rooms[3:] for piece in place_furniture(_furniture(rng, room), room, plan)]
     lower, left, right = plan.rooms[:3]
     starts = (
         SE2((left.x0 + left.x1) / 2.0, 0.72 * height, math.pi / 2.0),
@@ -39,7 +39,7 @@ def thesis_floor(rng: np.random.Generator, width: float = 49.0, height: float = 
 
 
 def thesis_floor_plan(rng: np.random.Generator, width: float, height: float) -> FloorPlan:
-    """The floor without furniture; the lower, the left and the right corridor stand first among its rooms."""
+    """Draw the floor without furniture. Its first rooms are the lower, the left and the right corridor."""
     deep, way = rng.uniform(5.6, 6.2), rng.uniform(1.8, 2.0)
     y0, x0 = WALL + deep + WALL, WALL + deep + WALL
     corridors = [
@@ -72,7 +72,7 @@ def thesis_floor_plan(rng: np.random.Generator, width: float, height: float) -> 
 
 
 def _stretches(rng: np.random.Generator, start: float, end: float, length: float) -> list[tuple[float, float]]:
-    """Rooms from start to end [m], alike but for two neighbours between which the wall is moved."""
+    """Divide start to end [m] into equal rooms, except two neighbours whose common wall is moved."""
     count = round((end - start) / length)
     each = (end - start - (count - 1) * WALL) / count
     firsts = start + (each + WALL) * np.arange(count)
@@ -91,7 +91,7 @@ def _gaps(doors: list[Door]) -> list[tuple[float, float]]:
 
 
 def _stubs(rng: np.random.Generator, low: list[Room], left: list[Room], right: list[Room]) -> list[Polygon]:
-    """Short walls that stand out from the walls between the rooms, at one depth throughout."""
+    """Draw short walls that stand out from the walls between rooms, all at one depth."""
     share, deep = rng.uniform(0.35, 0.55), low[0].depth
     pieces = [box(r.x0 - WALL / 2.0, WALL + share * deep, r.x0 + STUB, 2.0 * WALL + share * deep) for r in low[1:]]
     for row, x in ((left, WALL + share * deep), (right, right[0].x1 - share * deep)):
@@ -99,8 +99,8 @@ def _stubs(rng: np.random.Generator, low: list[Room], left: list[Room], right: l
     return pieces
 
 
-def _wanted(rng: np.random.Generator, room: Room) -> list[list[Group]]:
-    """A desk, a cabinet and a shelf, against any wall."""
+def _furniture(rng: np.random.Generator, room: Room) -> list[list[Group]]:
+    """Draw a desk, a cabinet and a shelf, against any wall."""
     return [
         somewhere_against(rng, room, rng.uniform(1.4, 1.8), 0.8),
         somewhere_against(rng, room, rng.uniform(0.8, 1.4), 0.45),

@@ -1,4 +1,4 @@
-"""The walled hall of a doctoral study of map merging, by its numbers."""
+"""Build the walled hall of Chen (2021) from its published dimensions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from worlds.polygon import box, disc, turned_box
 SIZE = (20.03, 20.01)
 """Width and height over the outer walls [m]."""
 MIDDLE = (10.02, 10.01)
-"""Where the study's origin lies in the world [m]."""
+"""Position of the thesis' origin in the world [m]."""
 
 LONG_BOXES = ((6.98, -0.52), (2.94, -0.54), (3.03, -4.98), (-0.99, -4.99))
 """Centres of boxes of 4 x 1 m."""
@@ -22,13 +22,14 @@ BLOCK = (-8.0, 0.0)
 CUBES = ((4.93, -1.55), (4.92, 0.49), (1.54, -3.98), (8.52, 5.53), (8.52, 4.52), (2.50, -8.49), (-0.48, -8.48))
 PILLARS = ((1.49, 5.48), (-1.50, 5.50), (-4.50, 5.51), (4.52, 5.51), (-6.53, -4.50))
 STARTS = ((0.0, 0.0, 0.0), (-2.0, 3.0, 0.0), (-2.0, 3.0, math.pi / 2.0), (-2.0, 3.0, 2.0), (-2.0, -3.0, 3.0))
-"""x, y, yaw; three of them are one place, for runs of one robot each."""
+"""x, y, yaw; three of them share a position, for runs with one robot."""
 
 
 def thesis_hall(_rng: np.random.Generator, width: float = SIZE[0], height: float = SIZE[1]) -> WorldDrawing:
     """Draw the hall, the same for every seed: 18 x 18 m free between walls of 1 m, boxes and pillars.
 
-    Four equal pillars in a row invite matches that are 3 m or a half turn off. Raises ``ValueError`` for another size.
+    Four equal pillars in a row allow wrong matches that are off by 3 m or 180 degrees. Raises ``ValueError`` for
+    another size.
     """
     for name, value, own in zip(("width", "height"), (width, height), SIZE, strict=True):
         if value != own:

@@ -1,4 +1,4 @@
-"""A warehouse."""
+"""Generate warehouses."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ DEEP = 1.1
 """Depth of a rack [m]."""
 UPRIGHT = 0.12
 FLUE = 0.1
-"""How far two racks that stand back to back overlap in the drawing, so that no ray passes between them [m]."""
+"""Overlap of two racks that stand back to back [m], so that no ray passes between them."""
 PASSAGE = 1.0
-"""Least room between things on the floor [m]."""
+"""Least gap between objects on the floor [m]."""
 
 
 def warehouse(rng: np.random.Generator, width: float = 40.0, height: float = 25.0) -> WorldDrawing:
     """Draw a warehouse of ``width`` x ``height`` [m]: rows of racks along x with aisles and a cross aisle, a dock at
-    the left with pallets and an office, and things that stand about.
+    the left with pallets and an office, and loose objects.
 
-    A rack's bays are full, or half full, or empty but for the uprights. Raises ``ValueError`` below 20 x 12 m.
+    A bay is full, half full, or empty except for the uprights. Raises ``ValueError`` below 20 x 12 m.
     """
     require_size("warehouse", width, height, (20.0, 12.0))
     dock = rng.uniform(6.0, 8.0)
@@ -35,7 +35,7 @@ def warehouse(rng: np.random.Generator, width: float = 40.0, height: float = 25.
 
 
 def _office(rng: np.random.Generator, height: float) -> list[Polygon]:
-    """Two walls with a door cut off the upper left corner, and a desk."""
+    """Return two walls with a door around the upper left corner, and a desk."""
     wide, deep, door = rng.uniform(3.6, 4.4), rng.uniform(3.0, 4.0), rng.uniform(0.95, 1.1)
     low, at = height - WALL - deep, rng.uniform(0.4, 3.6 - 1.6)
     return [
@@ -47,7 +47,7 @@ def _office(rng: np.random.Generator, height: float) -> list[Polygon]:
 
 
 def _racks(rng: np.random.Generator, dock: float, width: float, height: float) -> list[Polygon]:
-    """Rows along x, the outer ones against the walls, two back to back inside; all bays of a row stand in line."""
+    """Draw rows along x: the outer ones against the walls, pairs back to back inside, with aligned bays."""
     aisle = rng.uniform(2.6, 3.2)
     pairs = max(1, int((height - 2.0 * DEEP - 2.0 * WALL - aisle) / (2.0 * DEEP - FLUE + aisle)))
     free = height - 2.0 * WALL - 2.0 * DEEP - pairs * (2.0 * DEEP - FLUE)
@@ -70,7 +70,7 @@ def _racks(rng: np.random.Generator, dock: float, width: float, height: float) -
 
 
 def _bay(rng: np.random.Generator, x: float, y: float) -> list[Polygon]:
-    """Four uprights and what lies on the floor between them: three pallets, two, or none."""
+    """Draw four uprights and the pallets between them: three, two or none."""
     corners = [(x, y), (x + BAY, y), (x, y + DEEP - UPRIGHT), (x + BAY, y + DEEP - UPRIGHT)]
     posts = [box(cx - UPRIGHT / 2.0, cy, cx + UPRIGHT / 2.0, cy + UPRIGHT) for cx, cy in corners]
     state = rng.random()
@@ -84,7 +84,7 @@ def _bay(rng: np.random.Generator, x: float, y: float) -> list[Polygon]:
 
 
 def _loose(rng: np.random.Generator, dock: float, width: float, height: float) -> list[Polygon]:
-    """Pallets at the dock, a fork lift, and boxes left in the aisles."""
+    """Draw pallets at the dock, a fork lift, and boxes in the aisles."""
     pieces = [turned_box(dock * 0.5, rng.uniform(0.3, 0.6) * height, 2.4, 1.1, rng.uniform(0.0, np.pi))]
     for _ in range(24):
         x, y = rng.uniform((1.2, 1.2), (dock - 1.6, height - 1.2))

@@ -1,1 +1,1 @@
-"""Worlds from other people's files."""
+"""Read worlds from other formats."""

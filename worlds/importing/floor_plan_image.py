@@ -1,4 +1,4 @@
-"""A world from a floor plan: a picture, or a map as ROS map_server has it."""
+"""Read a world from a floor plan: a picture, or a map_server map."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from worlds.polygon import Polygon, box
 from worlds.world import World
 
 DARK = 128
-"""Grey levels below this are wall in a picture."""
+"""Grey levels below this are walls in a picture."""
 MAX_BOXES = 10_000
-"""A plan of more boxes does not fit in the physics' one mesh."""
+"""Most boxes that fit into the one mesh of the physics."""
 BORDER_WALL = 0.1
 """Least thickness of the wall that closes an open plan [m]."""
 INDOORS = 0.2
-"""Where at least this share of the free cells lies in parts that do not meet the picture's border, the others are
+"""If at least this fraction of the free cells is in parts that do not touch the picture's border, the others are
 outdoors."""
 
 
 def read_plan_picture(path: Path, resolution: float) -> World:
-    """The world of a floor plan, PNG or PGM, of ``resolution`` [m] a pixel: dark is wall, transparent is not.
+    """Read a floor plan, PNG or PGM, of ``resolution`` [m/pixel]: dark is wall, transparent is free.
 
-    Raises ``ValueError`` naming the file where it is no such picture, has too many pixels or too much detail, or no
-    free cell; ``OSError`` where it cannot be read.
+    Raises ``ValueError`` with the file if it is not a picture, has too many pixels, too much detail or no free cell;
+    ``OSError`` if it cannot be read.
     """
     if not (math.isfinite(resolution) and resolution > 0.0):
         raise ValueError(f"{path}: the plan's resolution is {resolution:g} m a pixel, must be positive and finite")
@@ -41,10 +41,9 @@ def read_plan_picture(path: Path, resolution: float) -> World:
 
 
 def read_plan_map(path: Path) -> tuple[World, tuple[str, ...]]:
-    """The world of a map_server YAML, and what was odd about the file: free cells are free, occupied and unknown ones
-    solid, so that robots stay where the map knows its way.
+    """Read a map_server YAML as a world, with warnings about the file. Occupied and unknown cells are solid.
 
-    The world begins at the picture's lower left corner, whatever the map's origin is. Raises ``ValueError`` and
+    The world's origin is the lower left corner of the picture, whatever the map's origin. Raises ``ValueError`` and
     ``OSError`` as ``read_plan_picture``.
     """
     loaded = load_map(path)
@@ -53,10 +52,10 @@ def read_plan_map(path: Path) -> tuple[World, tuple[str, ...]]:
 
 
 def world_from_cells(name: str, free: NDArray[np.bool_], resolution: float) -> World:
-    """The world whose free cells, (rows, cols) with row 0 lowest, of ``resolution`` [m] are free and all else is solid.
+    """Build a world from ``free`` cells (rows, cols), row 0 lowest, of ``resolution`` [m]; all other cells are solid.
 
-    Cell borders become edges, to the bit. What lies outdoors becomes solid; a plan that is open at its border gets a
-    wall around it. Raises ``ValueError`` where no cell is free, or the solids take more than 10,000 boxes.
+    Edges lie exactly on cell borders. Outdoor areas become solid; a plan that is open at its border gets a wall around
+    it. Raises ``ValueError`` if no cell is free, or more than 10,000 boxes are needed.
     """
     if not free.any():
         raise ValueError("the plan has no free cell")
@@ -85,7 +84,7 @@ def _closed(free: NDArray[np.bool_], wall_cells: int) -> NDArray[np.bool_]:
 
 
 def _boxes(solid: NDArray[np.bool_], resolution: float) -> list[Polygon]:
-    """The solid cells as rectangles: runs along rows, or along columns if those are fewer, merged where alike."""
+    """Merge the solid cells into rectangles: equal runs along rows, or along columns if those are fewer."""
     along_x, along_y = _rectangles(solid), _rectangles(solid.T)
     if len(along_y) < len(along_x):
         along_x = along_y[:, [2, 3, 0, 1]]
@@ -93,7 +92,7 @@ def _boxes(solid: NDArray[np.bool_], resolution: float) -> list[Polygon]:
 
 
 def _rectangles(solid: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Rows of first and last column border, first and last row border, (N, 4)."""
+    """Return rows of first and last column border, first and last row border, (N, 4)."""
     changes = np.diff(np.pad(solid, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, first = np.nonzero(changes == 1)
     last = np.nonzero(changes == -1)[1]

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from mapping.seeds import Role, stream
 from worlds.building.clutter import furnish
-from worlds.building.floor_plan import FloorPlan, lay_out
+from worlds.building.floor_plan import FloorPlan, draw_floor_plan
 from worlds.families.office import office
 from worlds.families.registry import make_world
 from worlds.polygon import signed_area
@@ -23,7 +23,7 @@ SEEDS = range(10)
 @cache
 def furnished(seed: int) -> tuple[FloorPlan, World]:
     rng = np.random.default_rng(seed)
-    plan = lay_out(rng, 30.0, 20.0)
+    plan = draw_floor_plan(rng, 30.0, 20.0)
     return plan, World("office", seed, (30.0, 20.0), (*plan.walls, *furnish(rng, plan)))
 
 
