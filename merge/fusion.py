@@ -77,10 +77,10 @@ def fuse_and_compare(
         occupied[box] += seen > 0.0
         deep[box] |= _inner(seen < 0.0)
     total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
-    told = np.full(frame.shape, UNKNOWN, np.int8)
-    told[known > 1] = FREE
-    told[deep & (occupied > 0)] = OCCUPIED
-    return Fused(OccupancyGrid(frame, total), OccupancyGrid.from_occupancy(frame, told))
+    conflicts = np.full(frame.shape, UNKNOWN, np.int8)
+    conflicts[known > 1] = FREE
+    conflicts[deep & (occupied > 0)] = OCCUPIED
+    return Fused(OccupancyGrid(frame, total), OccupancyGrid.from_occupancy(frame, conflicts))
 
 
 def _add(total: Raster, seen: Raster, known: NDArray[np.bool_]) -> None:

@@ -27,7 +27,7 @@ from merge.proposers.landmarks import Landmarks
 from merge.proposers.normal_correlation import NormalCorrelation
 from merge.proposers.orb import Orb
 from merge.proposers.second_best import SECOND_BEST
-from merge.records.prior import Prior, PriorSettings, expected_places
+from merge.records.prior import Prior, PriorSettings, expected_poses
 from merge.verification.settings import AcceptanceSettings, UncertaintySettings
 
 
@@ -64,7 +64,7 @@ class MergeSettings:
     - ``as_published``: take the method's own answer and acceptance, not the common ones;
     - ``acceptance``: how certain an answer must be;
     - ``reference``: name of the map in whose frame its cluster is expressed; None takes the largest map;
-    - ``fusion``: how cells that several maps know are combined;
+    - ``fusion``: rule that combines cells that several maps know; ``merged_grid``: the grid of the result;
     - ``priors``: start poses of maps, as far as they are known;
     - the others: settings of the steps.
 
@@ -95,7 +95,7 @@ class MergeSettings:
             raise ValueError(f"method {self.method!r} has no answer of its own as published, only {having} have")
         if self.fusion not in FUSIONS:
             raise ValueError(f"fusion is {self.fusion!r}, must be one of {', '.join(FUSIONS)}")
-        expected_places(self.priors, self.reference)
+        expected_poses(self.priors, self.reference)
 
     def __reduce__(self) -> tuple[Callable[..., MergeSettings], tuple[Any, ...]]:
         """Pickle the settings with the method that a user registered, so that worker processes know it."""

@@ -87,7 +87,7 @@ def tightest_tolerance(hypotheses: Sequence[Hypothesis], settings: AlignmentSett
     """Return the index of the tightest tolerance that the maps meet.
 
     Distorted maps meet only the loosest. Crisp maps are compared as sharply as they are drawn, so that the right room
-    is told from one that only resembles it.
+    is distinguished from one that only resembles it.
     """
     levels = range(len(settings.overlap.tolerance_shares))
     best = [max((h.overlaps[level].score for h in hypotheses), default=0.0) for level in levels]

@@ -48,7 +48,7 @@ class Genetic:
     - ``spread_cells``, ``spread_deg``: standard deviations of mutations at first; they shrink over the generations to
       a tenth;
     - ``blurs_cells``: standard deviations by which walls are widened in turn, so that near is better than far;
-    - ``consistency``: what must be reached for the answer to be believed.
+    - ``consistency``: least consistency of an accepted answer.
     """
 
     individuals: int = 300

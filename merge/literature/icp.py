@@ -40,7 +40,7 @@ class Icp:
     - ``rotations``, ``shifts``: states start at so many turns round the circle, and at a square of so many shifts a
       side over the model's box;
     - ``points``: sample of the data points;
-    - ``most_rms_cells``: the answer is believed where the root mean square distance falls below.
+    - ``most_rms_cells``: an answer is accepted if the root mean square distance is below.
     """
 
     rotations: int = 24

@@ -131,8 +131,8 @@ class RandomWalk:
         back = inverses(there)
         psi, lock = np.zeros(len(poses)), np.zeros(len(poses))
         for value in (0, 1):
-            on_target, agree, disagree = laid(target.distances, value, source.cells[value], there)
-            on_source, _, _ = laid(source.distances, value, target.cells[value], back)
+            on_target, agree, disagree = cell_distances(target.distances, value, source.cells[value], there)
+            on_source, _, _ = cell_distances(source.distances, value, target.cells[value], back)
             psi += on_target + size * on_source  # d(m2, m1, c) + d(m1, m2, c)
             lock += disagree - agree
         return psi + self.lock_cells * lock / 2.0
@@ -152,7 +152,7 @@ def manhattan(mask: NDArray[np.bool_]) -> NDArray[np.int16]:
 
 
 @njit(cache=True)
-def laid(
+def cell_distances(
     distances: NDArray[np.int16], value: int, points: NDArray[np.float64], matrices: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Look up points (N, 2), moved by each of the matrices (K, 2, 3), in a map of distances (rows, cols, 2).

@@ -91,7 +91,7 @@ class OverlapLikelihood:
 
 
 def prepared_from_local(target: PreparedMap, source: PreparedMap, local: Similarity2) -> Similarity2:
-    """Express a transform between local frames (``LocalFrame``) between cells of the prepared maps."""
+    """Express a transform between local frames (``LocalFrame``) between cells of the prepared map maps."""
     to_target = Similarity2(float(target.middle[0]), float(target.middle[1]))
     return to_target @ local @ Similarity2(float(source.middle[0]), float(source.middle[1])).inverse()
 

@@ -17,7 +17,7 @@ from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.task import PairTask, Runner, canonical_order, run_tasks
 from merge.preparation.settings import PreparationSettings
-from merge.records.prior import Expected, expected_places
+from merge.records.prior import Expected, expected_poses
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
 
@@ -90,7 +90,7 @@ class Team:
             settings=settings,
             seed=seed,
             scale=scale,
-            expected=expected_places(settings.priors, settings.reference, settings.prior),
+            expected=expected_poses(settings.priors, settings.reference, settings.prior),
             frames=frames,
             likelihood=likelihood,
             model=ConsistencyModel(likelihood, scale.fixed, settings.multimap),

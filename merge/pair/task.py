@@ -75,7 +75,7 @@ class PairTask:
         return cache.features(self.grids[0], methods), cache.features(self.grids[1], methods)
 
     def in_cells(self, scale: ScaleRange, features: tuple[MapFeatures, MapFeatures]) -> ScaleRange:
-        """Convert a scale in stated metres to cells of the prepared target per cell of the prepared source."""
+        """Convert a scale in stated metres to cells of the prepared map target per cell of the prepared map source."""
         target, source = features
         return scale.times(self.cells_per_cell * cell_width(source.prepared) / cell_width(target.prepared))
 
@@ -124,7 +124,7 @@ def canonical_order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
 
 
 def to_result(task: PairTask, answer: PairAnswer, features: tuple[MapFeatures, MapFeatures]) -> PairResult:
-    """Convert an answer from cells of the prepared maps to metres and pixels of the maps."""
+    """Convert an answer from cells of the prepared map maps to metres and pixels of the maps."""
     frames = task.grids[0].frame, task.grids[1].frame
 
     def in_pixels(cells: Similarity2) -> NDArray[np.float64]:

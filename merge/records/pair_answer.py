@@ -1,4 +1,4 @@
-"""The answer for a pair and its uncertainty, in cells of the prepared maps."""
+"""The answer for a pair and its uncertainty, in cells of the prepared map maps."""
 
 from __future__ import annotations
 

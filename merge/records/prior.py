@@ -102,7 +102,7 @@ class Expected:
         ]
 
 
-def expected_places(
+def expected_poses(
     priors: Sequence[Prior], reference: str | None, settings: PriorSettings = PriorSettings()
 ) -> dict[tuple[str, str], Expected]:
     """Return the expected pose of each two maps with priors, both ways; a reference without one lies at the origin.

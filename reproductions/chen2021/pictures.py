@@ -94,12 +94,12 @@ def _caption(answer: CaseAnswer | None) -> str:
 
 def _draw_before(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) -> None:
     method = Sift.as_published()
-    charts = [_chart(grid) for grid in grids]
-    features: list[Features] = [method.describe(chart) for chart in charts]
+    prepared_maps = [_prepared(grid) for grid in grids]
+    features: list[Features] = [method.describe(prepared) for prepared in prepared_maps]
     there, here = method.matched(features[0], features[1])
-    near = _near(charts, grids, there, here, truth)
-    pictures = trinary_picture(charts[0].grid), trinary_picture(charts[1].grid)
-    draw_matches(axes, pictures, (_pixels(charts[0], there), _pixels(charts[1], here)), near)
+    near = _near(prepared_maps, grids, there, here, truth)
+    pictures = trinary_picture(prepared_maps[0].grid), trinary_picture(prepared_maps[1].grid)
+    draw_matches(axes, pictures, (_pixels(prepared_maps[0], there), _pixels(prepared_maps[1], here)), near)
     _titled(axes, "before: SIFT on the maps", f"{len(near)} matches, {int(near.sum())} of them near the truth (green)")
 
 
@@ -116,7 +116,7 @@ def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) 
         _titled(axes, "after: corners of the corrected maps", "too few agree")
         return
     best = found[0].agreement
-    near = _near([_chart(grid) for grid in grids], grids, *_corners(corrected, best.target, best.source), truth)
+    near = _near([_prepared(grid) for grid in grids], grids, *_corners(corrected, best.target, best.source), truth)
     points = corrected[0].correction.corners[best.target], corrected[1].correction.corners[best.source]
     draw_matches(axes, structures, points, near)
     before, after = (("-" if index is None else f"{index:.3f}") for index in (found[0].index_before, found[0].index))
@@ -130,23 +130,23 @@ def _corners(
     return corrected[0].corners[target], corrected[1].corners[source]
 
 
-def _chart(grid: OccupancyGrid) -> PreparedMap:
+def _prepared(grid: OccupancyGrid) -> PreparedMap:
     cropped = grid.cropped(PreparationSettings.border_cells)
     return PreparedMap(OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds))
 
 
-def _pixels(chart: PreparedMap, cells: NDArray[np.float64]) -> NDArray[np.float64]:
-    return pixels_from_cells(cells, chart.grid.frame.shape[0])
+def _pixels(prepared: PreparedMap, cells: NDArray[np.float64]) -> NDArray[np.float64]:
+    return pixels_from_cells(cells, prepared.grid.frame.shape[0])
 
 
 def _near(
-    charts: Sequence[PreparedMap],
+    prepared_maps: Sequence[PreparedMap],
     grids: Sequence[OccupancyGrid],
     there: NDArray[np.float64],
     here: NDArray[np.float64],
     truth: Similarity2,
 ) -> NDArray[np.bool_]:
-    """Which matched cells of the charts (M, 2) lie on one another under the truth."""
+    """Test which matched cells of the prepared maps (M, 2) lie on one another under the truth."""
     target, source = (grid.cropped(PreparationSettings.border_cells).frame for grid in grids)
     metres = [
         Similarity2.from_se2(frame.origin, frame.resolution).apply(cells)

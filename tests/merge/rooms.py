@@ -175,7 +175,7 @@ def random_similarity(rng: np.random.Generator, scale: tuple[float, float] = (1.
     return Similarity2(rng.uniform(-50, 50), rng.uniform(-50, 50), rng.uniform(-math.pi, math.pi), size)
 
 
-def two_charts(build, seed, source_from_world):
+def two_prepared_maps(build, seed, source_from_world):
     """Two maps of parts of one world, and the true transform in cells."""
     rng = np.random.default_rng(seed)
     world = build(rng)

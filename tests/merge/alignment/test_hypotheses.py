@@ -14,17 +14,19 @@ from merge.alignment.settings import HypothesisSettings
 from merge.records.proposal import Proposal
 from merge.verification.settings import WallOverlapSettings
 from merge.verification.wall_overlap import WallOverlap
-from tests.merge.rooms import cave, rooms, two_charts
+from tests.merge.rooms import cave, rooms, two_prepared_maps
 
-LAID = WallOverlap(
+OVERLAP = WallOverlap(
     5.0, inlier_length=0.0, opposed_length=0.0, violation_length=0.0, shorter_length=1e3, normal_isotropy=0.4
 )
 
 
 def candidate(*inlier_length):
     """A candidate of whose 1000 cells of wall so many lie on walls, by tolerance, the others in free space."""
-    laid = tuple(dataclasses.replace(LAID, inlier_length=on, violation_length=1000.0 - on) for on in inlier_length)
-    return Hypothesis(Similarity2(), laid, Proposal(Similarity2()))
+    overlaps = tuple(
+        dataclasses.replace(OVERLAP, inlier_length=on, violation_length=1000.0 - on) for on in inlier_length
+    )
+    return Hypothesis(Similarity2(), overlaps, Proposal(Similarity2()))
 
 
 CRISP = candidate(990.0, 990.0, 985.0, 980.0, 970.0)
@@ -58,7 +60,7 @@ def test_the_order_in_which_candidates_come_does_not_matter(order):
 
 @pytest.mark.parametrize("build", [rooms, cave])
 def test_a_proposal_that_lies_near_the_truth_is_found_among_hundreds_that_do_not(build):
-    target, source, truth = two_charts(build, 3, Similarity2(3.0, 1.0, -0.7, 1.4))
+    target, source, truth = two_prepared_maps(build, 3, Similarity2(3.0, 1.0, -0.7, 1.4))
     rng = np.random.default_rng(4)
     middle, reach = truth.apply(source.middle), 0.5 * target.diagonal
     proposals = []

@@ -9,15 +9,15 @@ from merge.alignment.deduplication import rms_displacement
 from merge.alignment.icp import icp_batch
 from merge.alignment.settings import IcpSettings
 from merge.preparation.prepared_map import PreparedMap
-from tests.merge.rooms import cave, rooms, two_charts
+from tests.merge.rooms import cave, rooms, two_prepared_maps
 
 GATES = np.geomspace(20.0, 3.0, 8)
 FREE = ScaleRange.free()
 
 
 @pytest.fixture(scope="module", params=[rooms, cave], ids=["rooms", "cave"])
-def charts(request):
-    return two_charts(request.param, 3, Similarity2(3.0, 1.0, -0.7, 1.4))
+def maps(request):
+    return two_prepared_maps(request.param, 3, Similarity2(3.0, 1.0, -0.7, 1.4))
 
 
 def displaced(truth, source, shift, turn_deg, growth):
@@ -35,8 +35,8 @@ def starts(truth, source, number=12):
     ]
 
 
-def test_starts_nearby_all_end_at_the_truth(charts):
-    target, source, truth = charts
+def test_starts_nearby_all_end_at_the_truth(maps):
+    target, source, truth = maps
     begun = starts(truth, source)
     ended = icp_batch(target, source, begun, np.tile(GATES, (len(begun), 1)), FREE, 200)
     off = rms_displacement(source, [truth, *ended])[0, 1:]
@@ -44,8 +44,8 @@ def test_starts_nearby_all_end_at_the_truth(charts):
     assert np.quantile(off, 0.75) < 1.0  # cells
 
 
-def test_each_start_is_moved_as_if_it_were_alone(charts):
-    target, source, truth = charts
+def test_each_start_is_moved_as_if_it_were_alone(maps):
+    target, source, truth = maps
     begun = starts(truth, source, 4)
     gates = GATES * np.array([[1.0], [0.5], [2.0], [0.1]])
     together = icp_batch(target, source, begun, gates, FREE, 150)
@@ -53,9 +53,9 @@ def test_each_start_is_moved_as_if_it_were_alone(charts):
     assert together == alone
 
 
-def test_a_step_is_that_of_the_normal_equations_written_out(charts):
+def test_a_step_is_that_of_the_normal_equations_written_out(maps):
     """Against plain sums over all pairs of points: nearest that faces the same sector, Tukey's weight."""
-    target, source, truth = charts
+    target, source, truth = maps
     start, gate = displaced(truth, source, (2.0, -1.0), 1.0, 1.01), 6.0
     hessian, gradient = np.zeros((4, 4)), np.zeros(4)
     centre = start.apply(source.middle)
@@ -72,8 +72,8 @@ def test_a_step_is_that_of_the_normal_equations_written_out(charts):
         gradient[:] += weight * moves.T @ weigh @ error
 
     turned = Similarity2(yaw=start.yaw).apply(source.normals)
-    laid = start.apply(source.points)
-    for here, facing in zip(laid, turned, strict=True):
+    moved_points = start.apply(source.points)
+    for here, facing in zip(moved_points, turned, strict=True):
         for index, distance in nearest(target, here, facing, sectors):
             if distance < gate:
                 weight = (1.0 - (distance / gate) ** 2) ** 2 * max(alike(facing, target.normals[index]), 0.0)
@@ -85,7 +85,7 @@ def test_a_step_is_that_of_the_normal_equations_written_out(charts):
             if distance < gate / start.scale:
                 reach = distance * start.scale / gate
                 weight = (1.0 - reach**2) ** 2 * max(alike(turned[index], own), 0.0)
-                add(laid[index], there - laid[index], turned[index], weight)
+                add(moved_points[index], there - moved_points[index], turned[index], weight)
     x, y, turn, growth = np.linalg.solve(hessian, gradient)
     expected = displaced(start, source, (x, y), math.degrees(turn), math.exp(growth))
     (found,) = icp_batch(target, source, [start], np.array([[gate]]), FREE, 10**6)
@@ -96,19 +96,21 @@ def alike(one, other):
     return 1.0 if not one.any() or not other.any() else float(one @ other)
 
 
-def nearest(chart, point, facing, sectors):
-    """The point of the chart nearest to this one among those that face its sector; a list of one, or empty."""
-    wanted = sectors(chart.normals)[:, int(np.argmax(sectors(facing[None])[0]))] > 0.38
-    members = np.flatnonzero(wanted | ~chart.normals.any(axis=1)) if facing.any() else np.arange(len(chart.points))
+def nearest(prepared, point, facing, sectors):
+    """The point of the prepared map nearest to this one among those that face its sector; a list of one, or empty."""
+    wanted = sectors(prepared.normals)[:, int(np.argmax(sectors(facing[None])[0]))] > 0.38
+    members = (
+        np.flatnonzero(wanted | ~prepared.normals.any(axis=1)) if facing.any() else np.arange(len(prepared.points))
+    )
     if not len(members):
         return []
     cell = np.floor(point) + 0.5
-    best = members[int(np.argmin(np.hypot(*(chart.points[members] - cell).T)))]
-    return [(best, float(np.hypot(*(chart.points[best] - point))))]
+    best = members[int(np.argmin(np.hypot(*(prepared.points[members] - cell).T)))]
+    return [(best, float(np.hypot(*(prepared.points[best] - point))))]
 
 
-def test_a_known_scale_is_kept_and_a_bound_not_passed(charts):
-    target, source, truth = charts
+def test_a_known_scale_is_kept_and_a_bound_not_passed(maps):
+    target, source, truth = maps
     start = displaced(truth, source, (4.0, 3.0), 2.0, 1.03)
     (known,) = icp_batch(target, source, [start], GATES[None], ScaleRange(start.scale, start.scale), 200)
     assert known.scale == pytest.approx(start.scale, rel=1e-12)
@@ -117,8 +119,8 @@ def test_a_known_scale_is_kept_and_a_bound_not_passed(charts):
     assert bounded.scale == pytest.approx(low, rel=1e-3)
 
 
-def test_what_pairs_nothing_stays(charts):
-    target, source, truth = charts
+def test_what_pairs_nothing_stays(maps):
+    target, source, truth = maps
     far = Similarity2(1e6, 0.0, 1.0, truth.scale)
     assert rms_displacement(source, [far, *icp_batch(target, source, [far], GATES[None], FREE, 200)])[0, 1] < 1e-6
     blank = PreparedMap(type(target.grid)(target.grid.frame, np.zeros_like(target.grid.log_odds)))

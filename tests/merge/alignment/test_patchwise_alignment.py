@@ -43,11 +43,11 @@ def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
 
 
 def test_a_map_on_itself_stays(grid):
-    chart = PreparedMap(grid)
-    found = align_patchwise(chart, chart, Similarity2(), ScaleRange.free())
+    prepared = PreparedMap(grid)
+    found = align_patchwise(prepared, prepared, Similarity2(), ScaleRange.free())
     assert np.abs(found.matrix() - Similarity2().matrix()).max() < 1e-9
 
 
 def test_where_nothing_is_near_the_answer_stays(grid):
-    chart, far = PreparedMap(grid), Similarity2(5000.0)
-    assert align_patchwise(chart, chart, far, ScaleRange.known()) == far
+    prepared, far = PreparedMap(grid), Similarity2(5000.0)
+    assert align_patchwise(prepared, prepared, far, ScaleRange.known()) == far

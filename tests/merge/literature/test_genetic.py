@@ -64,9 +64,9 @@ def test_the_seed_decides():
     target, source, _ = crisp_pair()
     method = Genetic(individuals=30, generations=6, proposals=4)
     maps = method.describe(target), method.describe(source)
-    told = [method.propose(*maps, ScaleRange.known(), np.random.default_rng(seed)) for seed in (0, 0, 1)]
-    assert told[0] == told[1] != told[2]
-    assert len(told[0]) == 4
+    found = [method.propose(*maps, ScaleRange.known(), np.random.default_rng(seed)) for seed in (0, 0, 1)]
+    assert found[0] == found[1] != found[2]
+    assert len(found[0]) == 4
 
 
 def test_nothing_is_found_without_walls():

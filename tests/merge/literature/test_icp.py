@@ -18,9 +18,9 @@ def as_complex(points):
     return points[..., 0] + 1j * points[..., 1]
 
 
-def part_of(chart, rows, cols, turned):
+def part_of(prepared, rows, cols, turned):
     """A piece of a map, turned by quarter turns, and where it lies."""
-    piece = np.rot90(chart.grid.log_odds[slice(*rows), slice(*cols)], -turned)  # rows up: counter-clockwise
+    piece = np.rot90(prepared.grid.log_odds[slice(*rows), slice(*cols)], -turned)  # rows up: counter-clockwise
     grid = OccupancyGrid(GridFrame(1.0, SE2(), piece.shape), np.ascontiguousarray(piece))
     corner = {0: (0.0, 0.0), 1: (rows[1] - rows[0], 0.0)}[turned]
     map_from_piece = Similarity2(*corner, turned * np.pi / 2)

@@ -19,9 +19,9 @@ from tests.merge.literature.crisp import crisp_pair
 
 @pytest.fixture(scope="module")
 def maps():
-    charts = crisp_pair()[:2]
+    prepared_maps = crisp_pair()[:2]
     grids = tuple(
-        OccupancyGrid(GridFrame(0.05, c.grid.frame.origin, c.grid.frame.shape), c.grid.log_odds) for c in charts
+        OccupancyGrid(GridFrame(0.05, c.grid.frame.origin, c.grid.frame.shape), c.grid.log_odds) for c in prepared_maps
     )
     return MapSet(("a", "b"), grids, ("m", "m"))
 

@@ -6,7 +6,7 @@ import pytest
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.literature.poses import inverses, matrices
-from merge.literature.random_walk import RandomWalk, _steps, laid, manhattan
+from merge.literature.random_walk import RandomWalk, _steps, cell_distances, manhattan
 from tests.merge.literature.crisp import blank, crisp_pair, off_share
 
 
@@ -30,7 +30,7 @@ def test_distances_of_moved_points_within_and_beyond_the_raster(mask):
     moves = [Similarity2(), Similarity2(-30.0, 4.0, 1.0), Similarity2(15.0, 40.0, -2.0, 1.7)]
     distances = np.stack((manhattan(mask), manhattan(~mask)), axis=-1)
     for value, cells_of_value in enumerate((mask, ~mask)):
-        means, agree, disagree = laid(distances, value, points, np.array([move.matrix() for move in moves]))
+        means, agree, disagree = cell_distances(distances, value, points, np.array([move.matrix() for move in moves]))
         for k, move in enumerate(moves):
             cells = np.floor(move.apply(points)).astype(int)
             slow = [nearest(cells_of_value, row, col) for col, row in cells]
@@ -83,9 +83,9 @@ def test_the_seed_decides_and_every_walk_proposes():
     target, source, _ = crisp_pair()
     method = RandomWalk(walks=5, steps=30)
     maps = method.describe(target), method.describe(source)
-    told = [method.propose(*maps, ScaleRange.known(), np.random.default_rng(seed)) for seed in (0, 0, 1)]
-    assert told[0] == told[1] != told[2]
-    assert len(told[0]) == 5
+    found = [method.propose(*maps, ScaleRange.known(), np.random.default_rng(seed)) for seed in (0, 0, 1)]
+    assert found[0] == found[1] != found[2]
+    assert len(found[0]) == 5
 
 
 def test_nothing_is_found_without_walls():

@@ -40,11 +40,11 @@ def test_proposals_keep_to_the_scale():
 
 def test_points_of_opencv_are_points_of_cells():
     values = np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
-    charts = [
+    prepared_maps = [
         PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), one.shape), one))
         for one in (np.rot90(values, -1), values)
     ]
-    answer = published(Stitching(), *charts)
+    answer = published(Stitching(), *prepared_maps)
     truth = Similarity2(float(values.shape[0]), 0.0, np.pi / 2)  # rows up: counter-clockwise
     assert np.abs(answer.target_from_source.matrix() - truth.matrix()).max() < 0.2
 

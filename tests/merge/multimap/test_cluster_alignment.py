@@ -43,14 +43,14 @@ def test_the_best_alignment_has_the_most_support():
         first, second = groups_of(poses, rng)
         pairs = [(a, b) for a in (0, 1, 2) for b in (3, 4, 5)]
         edges = [edge(poses, *pair, rng, wrong=rng.random() < 0.4, weight=rng.uniform(1.0, 3.0)) for pair in pairs]
-        told = align_clusters(first, second, edges, MODEL)
+        alignments = align_clusters(first, second, edges, MODEL)
         best = max(sum(o.log_odds for o in edges if slow_support(e, o, first, second)) for e in edges)
-        assert told[0].support == pytest.approx(best)
-        chosen = told[0].edges
+        assert alignments[0].support == pytest.approx(best)
+        chosen = alignments[0].edges
         assert any(
             {id(o) for o in edges if slow_support(e, o, first, second)} == {id(o) for o in chosen} for e in edges
         )
-        assert sorted(p for join in told for p in ends(join.edges)) == pairs  # each has its say once
+        assert sorted(p for join in alignments for p in ends(join.edges)) == pairs  # each has its say once
 
 
 def test_edges_of_an_alignment_have_their_target_in_the_first_cluster():

@@ -25,19 +25,19 @@ def test_squared_errors_use_both_covariances():
     rng = np.random.default_rng(0)
     root, slack_root = rng.standard_normal((2, 4, 4))
     covariance, slack = root @ root.T + np.eye(4), slack_root @ slack_root.T
-    measured, told = Similarity2(3.0, -2.0, 0.5, 1.2), Similarity2(2.0, -1.5, 0.7, 1.1)
+    measured, predicted = Similarity2(3.0, -2.0, 0.5, 1.2), Similarity2(2.0, -1.5, 0.7, 1.1)
     table = EdgeTable.of([Edge(0, 1, measured, covariance, 1.0)])
-    off = told.minus(measured)
+    off = predicted.minus(measured)
     for fixed, unknowns in ((True, 3), (False, 4)):
         both = (covariance + slack)[:unknowns, :unknowns]
         expected = off[:unknowns] @ np.linalg.inv(both) @ off[:unknowns]
-        assert table.squared_errors(Similarity2Array.of([told]), fixed, slack)[0] == pytest.approx(expected)
+        assert table.squared_errors(Similarity2Array.of([predicted]), fixed, slack)[0] == pytest.approx(expected)
 
 
 def test_the_jacobian_equals_finite_differences():
     target, source = Similarity2(3.0, -2.0, 0.7, 1.3), Similarity2(-5.0, 4.0, -1.1, 0.8)
 
-    def told(values):
+    def relative(values):
         a, b = (Similarity2(v[0], v[1], v[2], math.exp(v[3])) for v in (values[:4], values[4:]))
         between = a.inverse() @ b
         return np.array([between.x, between.y, between.yaw, math.log(between.scale)])
@@ -45,7 +45,7 @@ def test_the_jacobian_equals_finite_differences():
     at = np.array([*vars(target).values(), *vars(source).values()])
     at[[3, 7]] = np.log(at[[3, 7]])
     steps = np.eye(8) * 1e-6
-    expected = np.stack([(told(at + s) - told(at - s)) / 2e-6 for s in steps], axis=-1)
+    expected = np.stack([(relative(at + s) - relative(at - s)) / 2e-6 for s in steps], axis=-1)
     found = relative_pose_jacobian(Similarity2Array.of([source, target]), Similarity2Array.of([target, source]))[1]
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
@@ -59,7 +59,7 @@ def test_poses_are_packed_and_unpacked(unknowns):
 
 
 def test_a_cycle_distributes_its_error_by_covariance():
-    """Three maps in a row, the sum told 3 too long by the third edge: each edge takes of it as it is uncertain."""
+    """Three maps in a row, the sum stated 3 too long by the third edge: each edge takes of it as it is uncertain."""
     step = Similarity2(10.0, 0.0)
 
     def edge(a, b, x, variance):
@@ -74,19 +74,19 @@ def test_a_cycle_distributes_its_error_by_covariance():
 
 
 def test_a_metric_covariance_becomes_that_of_a_move_about_the_middle():
-    """By many draws: parameters in metres that scatter by the covariance scatter so, told in local cells."""
+    """By many draws: parameters in metres that scatter by the covariance scatter so in local cells."""
     truth = Similarity2(100.0, -50.0, 0.6, 2.0)
     rng = np.random.default_rng(0)
     root = np.diag([0.3, 0.2, 0.002, 0.003]) @ rng.standard_normal((4, 4))
     covariance = root @ root.T
     pair = PairResult("a", "b", True, 0.9, None, truth, None, "m", None, covariance)
     edge = edge_from_answer(pair, (0, 1), FRAMES)
-    told = []
+    moves = []
     for move in rng.multivariate_normal(np.zeros(4), covariance, 4000):
         drawn = Similarity2(truth.x + move[0], truth.y + move[1], truth.yaw + move[2], truth.scale + move[3])
         local = FRAMES[0].metres_from_local.inverse() @ drawn @ FRAMES[1].metres_from_local
-        told.append((local.x, local.y, local.yaw, math.log(local.scale)))
-    scattered = np.cov(np.array(told).T)
+        moves.append((local.x, local.y, local.yaw, math.log(local.scale)))
+    scattered = np.cov(np.array(moves).T)
     bare = edge_from_answer(PairResult("a", "b", True, 0.9, None, truth, None, "m", None), (0, 1), FRAMES).covariance
     factor = edge.covariance[2, 2] / (bare[2, 2] + scattered[2, 2])  # a ceiling shrinks all alike
     np.testing.assert_allclose(
@@ -110,15 +110,15 @@ def test_a_leave_one_out_residual_is_the_gain_of_leaving_the_edge_out(fixed):
         edges.append(Edge(a, b, found, np.diag([0.1, 0.1, 0.005, 0.005]) ** 2, 1.0))
 
     def squares(held):
-        told = optimise_poses(poses, held, 0, fixed)
-        placed = [(Similarity2Array.of([told[e.target]]), Similarity2Array.of([told[e.source]])) for e in held]
+        optimum = optimise_poses(poses, held, 0, fixed)
+        placed = [(Similarity2Array.of([optimum[e.target]]), Similarity2Array.of([optimum[e.source]])) for e in held]
         misfits = [
             EdgeTable.of([e]).squared_errors(t.inverse() @ s, fixed)[0] for e, (t, s) in zip(held, placed, strict=True)
         ]
-        return sum(misfits), told
+        return sum(misfits), optimum
 
-    whole, told = squares(edges)
-    found = leave_one_out_residuals(told, edges, 0, fixed, 1e-6)
+    whole, optimum = squares(edges)
+    found = leave_one_out_residuals(optimum, edges, 0, fixed, 1e-6)
     for k in range(5):
         without, _ = squares([*edges[:k], *edges[k + 1 :]])
         assert found[k] == pytest.approx(whole - without, rel=0.03, abs=0.02)

@@ -213,7 +213,7 @@ def test_twenty_maps_of_twenty_places_stay_apart():
     ticks: list[tuple[int, int]] = []
     names = tuple(f"map_{k}" for k in range(20))
     maps = MapSet(names, grids, ("m",) * 20)
-    result = merge_maps(maps, MergeSettings("orb"), on_progress=lambda *told: ticks.append(told))
+    result = merge_maps(maps, MergeSettings("orb"), on_progress=lambda *counts: ticks.append(counts))
     assert len(result.groups) == 20
     assert len(result.left_out) == 19
     assert len(result.pairs) == 190

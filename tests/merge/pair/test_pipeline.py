@@ -14,13 +14,13 @@ RNG = np.random.default_rng(0)
 
 
 class Fixed:
-    """A proposer that says what it was told, and remembers being asked."""
+    """A proposer that returns given proposals, and counts its calls."""
 
     def __init__(self, *transforms):
         self.proposals = tuple(Proposal(transform) for transform in transforms)
         self.asked = False
 
-    def describe(self, chart):
+    def describe(self, prepared):
         return None
 
     def propose(self, target, source, scale, rng):
@@ -30,8 +30,8 @@ class Fixed:
 
 def merged(*proposers):
     target, source, _ = crisp_pair()
-    sheets = [MapFeatures(chart, (None,) * len(proposers)) for chart in (target, source)]
-    return merge_pair(*sheets, ScaleRange.known(), proposers, RNG)
+    features = [MapFeatures(prepared, (None,) * len(proposers)) for prepared in (target, source)]
+    return merge_pair(*features, ScaleRange.known(), proposers, RNG)
 
 
 def test_a_sure_answer_asks_no_further_proposer():

@@ -12,7 +12,7 @@ from merge.proposers.correlation import CorrelationSettings, correlate
 from tests.merge.rooms import rooms
 
 
-def chart(values):
+def prepare(values):
     return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
@@ -22,14 +22,14 @@ def world():
 
 
 def test_a_piece_is_found_where_it_was_cut_out(world):
-    target, piece = chart(world), chart(world[60:200, 100:280])
+    target, piece = prepare(world), prepare(world[60:200, 100:280])
     best = correlate(target.layers, piece.layers, 1.0, [0.0])[0].target_from_source
     assert (best.x, best.y) == pytest.approx((100.0, 60.0), abs=3.0)  # a cell of the raster is 2.9 cells wide
 
 
 def test_a_piece_turned_and_shrunk_is_found_at_its_scale_and_turn_alone(world):
     piece = np.rot90(np.kron(world, np.ones((2, 2), dtype=int))[120:400, 200:560], -1)  # rows up: turned by +90
-    target, source = chart(world), chart(piece)
+    target, source = prepare(world), prepare(piece)
     truth = Similarity2(100.0, 60.0 + 140.0, -math.pi / 2, 0.5)
     score = {}
     for yaw in (-math.pi / 2, 0.0, math.pi / 2, math.pi):
@@ -53,7 +53,7 @@ def faced(side):
 
 
 def test_the_side_that_a_wall_is_seen_from_counts():
-    above, below = chart(faced(1)), chart(faced(-1))
+    above, below = prepare(faced(1)), prepare(faced(-1))
     same = correlate(above.layers, above.layers, 1.0, [0.0])[0]
     other = correlate(above.layers, below.layers, 1.0, [0.0], CorrelationSettings(peaks=50))
     assert near_nought(same)
@@ -65,5 +65,5 @@ def near_nought(peak):
 
 
 def test_blank_maps_correlate_with_nothing_and_do_no_harm():
-    blank = chart(np.full((30, 40), -1))
+    blank = prepare(np.full((30, 40), -1))
     assert all(peak.score == 0.0 for peak in correlate(blank.layers, blank.layers, 1.0, [0.0]))

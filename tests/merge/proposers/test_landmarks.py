@@ -23,7 +23,7 @@ FREE = ScaleRange.free()
 
 
 def discs(centres, radii, rows, cols):
-    """A chart of round things in free space, x and y in cells."""
+    """A prepared map of round things in free space, x and y in cells."""
     y, x = np.indices((rows, cols)) + 0.5
     values = np.full((rows, cols), -1.0, np.float32)
     for (cx, cy), radius in zip(centres, radii, strict=True):
@@ -55,10 +55,10 @@ def test_things_are_found_where_they_stand_and_as_large_as_they_are():
 
 
 def test_a_long_wall_is_no_landmark_and_neither_is_a_speck():
-    chart = discs([(40.0, 30.0)], [4.0], 120, 160)
-    values = chart.grid.log_odds.copy()
+    prepared = discs([(40.0, 30.0)], [4.0], 120, 160)
+    values = prepared.grid.log_odds.copy()
     values[80:83, 10:150] = values[20, 120] = 1.0
-    marks, _ = MARKS.describe(PreparedMap(OccupancyGrid(chart.grid.frame, values)))
+    marks, _ = MARKS.describe(PreparedMap(OccupancyGrid(prepared.grid.frame, values)))
     assert len(marks) == 1
 
 
@@ -93,10 +93,10 @@ def test_sizes_that_do_not_fit_are_not_matched():
 
 def test_a_known_scale_is_kept():
     centres, radii = trees(5, 15)
-    chart = discs(centres, radii, 300, 300)
-    found = proposals(chart, chart, ScaleRange.known())
+    prepared = discs(centres, radii, 300, 300)
+    found = proposals(prepared, prepared, ScaleRange.known())
     assert found and all(p.target_from_source.scale == 1.0 for p in found)
-    assert not [p for p in proposals(chart, chart, ScaleRange(1.5, 2.0)) if (p.inliers or 0) > 6]
+    assert not [p for p in proposals(prepared, prepared, ScaleRange(1.5, 2.0)) if (p.inliers or 0) > 6]
 
 
 def test_too_few_things_propose_nothing():

@@ -4,7 +4,7 @@ import pytest
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.proposers.normal_correlation import NormalCorrelation, WallRasters, scales
-from tests.merge.rooms import cave, rooms, two_charts
+from tests.merge.rooms import cave, rooms, two_prepared_maps
 
 RNG = np.random.default_rng(0)
 
@@ -20,7 +20,7 @@ def nearest(proposals, truth, source):
 @pytest.mark.parametrize("build", [rooms, cave])
 @pytest.mark.parametrize("known", [True, False], ids=["known", "free"])
 def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, known):
-    target, source, truth = two_charts(build, 2, Similarity2(3.0, 1.0, -0.7, 1.0 if known else 1.4))
+    target, source, truth = two_prepared_maps(build, 2, Similarity2(3.0, 1.0, -0.7, 1.0 if known else 1.4))
     method = NormalCorrelation()
     scale = ScaleRange.known() if known else ScaleRange.free()
     proposals = method.propose(method.describe(target), method.describe(source), scale, RNG)
@@ -29,12 +29,12 @@ def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, kn
 
 
 def test_where_no_direction_is_likely_all_are_tried():
-    target, source, truth = two_charts(cave, 4, Similarity2(0.0, 0.0, 2.0))
+    target, source, truth = two_prepared_maps(cave, 4, Similarity2(0.0, 0.0, 2.0))
     without_walls = [np.zeros(180)] * 2
     method = NormalCorrelation()
     descriptions = [
-        WallRasters(method.describe(chart).layers, walls)
-        for chart, walls in zip((target, source), without_walls, strict=True)
+        WallRasters(method.describe(prepared).layers, walls)
+        for prepared, walls in zip((target, source), without_walls, strict=True)
     ]
     proposals = method.propose(*descriptions, ScaleRange.known(), RNG)
     assert nearest(proposals, truth, source) < 0.06

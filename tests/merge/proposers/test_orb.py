@@ -17,14 +17,14 @@ def world():
     return np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
 
 
-def chart(values):
+def prepare(values):
     return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 @pytest.mark.parametrize("picture", [0, 1])
 def test_either_picture_alone_proposes_the_turn_of_a_world(world, picture):
     method, turned = Orb(), np.rot90(world, -1)  # rows up: counter-clockwise
-    target, source = method.describe(chart(turned)), method.describe(chart(world))
+    target, source = method.describe(prepare(turned)), method.describe(prepare(world))
     found = method.propose(
         target[picture : picture + 1], source[picture : picture + 1], ScaleRange.free(), np.random.default_rng(0)
     )
@@ -43,7 +43,7 @@ def test_bits_match_by_hamming_distance_and_ratio():
 
 def test_a_blank_map_is_proposed_nothing(world):
     method = Orb()
-    blank, full = method.describe(chart(np.zeros((40, 40), dtype=int))), method.describe(chart(world))
+    blank, full = method.describe(prepare(np.zeros((40, 40), dtype=int))), method.describe(prepare(world))
     for target, source in ((blank, full), (full, blank), (blank, blank)):
         assert method.propose(target, source, ScaleRange.free(), np.random.default_rng(0)) == ()
 

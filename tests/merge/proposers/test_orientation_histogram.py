@@ -9,7 +9,7 @@ from merge.proposers.orientation_histogram import correlate_histograms, likely_y
 from tests.merge.rooms import cave, observed, rooms, viewpoints
 
 
-def charts(build, seed, yaw):
+def prepared_maps(build, seed, yaw):
     """Two maps of one world, the second turned by -yaw: target from source turns by yaw."""
     rng = np.random.default_rng(seed)
     world = build(rng)
@@ -26,7 +26,7 @@ def off_deg(yaws, yaw):
 
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -2.0, 3.0])
 def test_the_turn_of_rectilinear_maps_is_among_few(yaw):
-    target, source = charts(rooms, 3, yaw)
+    target, source = prepared_maps(rooms, 3, yaw)
     yaws = likely_yaws(orientation_histogram(target.normals), orientation_histogram(source.normals))
     assert len(yaws) <= 8
     assert off_deg(yaws, yaw) < 2.0
@@ -34,7 +34,7 @@ def test_the_turn_of_rectilinear_maps_is_among_few(yaw):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_turn_of_caves_is_among_few(seed):
-    target, source = charts(cave, seed, 1.3)
+    target, source = prepared_maps(cave, seed, 1.3)
     yaws = likely_yaws(orientation_histogram(target.normals), orientation_histogram(source.normals))
     assert len(yaws) <= 8
     assert off_deg(yaws, 1.3) < 7.0

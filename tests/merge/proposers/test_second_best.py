@@ -15,17 +15,17 @@ def off(proposals, truth, points):
 def test_the_next_room_of_a_row_is_a_rival():
     world, rng = equal_rooms(), np.random.default_rng(0)
     part = viewpoints(world, rng, (4.3, 0.3), (19.5, 11.7), number=30)
-    chart = PreparedMap(observed(world, part, Similarity2(), rng))
+    prepared = PreparedMap(observed(world, part, Similarity2(), rng))
     pitch = 4.0 / CELL
-    proposals = second_best_proposals(chart, chart, Similarity2.identity())
+    proposals = second_best_proposals(prepared, prepared, Similarity2.identity())
     for shift in (pitch, -pitch):
-        assert off(proposals, Similarity2(shift), chart.points) < 4.0
+        assert off(proposals, Similarity2(shift), prepared.points) < 4.0
 
 
 def test_a_hall_turned_by_half_is_its_own_rival():
     world, rng = hall(), np.random.default_rng(1)
     grid = observed(world, viewpoints(world, rng, (0.3, 0.3), (13.7, 8.7), number=30), Similarity2(), rng)
-    chart = PreparedMap(grid)
-    low, high = chart.points.min(axis=0), chart.points.max(axis=0)
+    prepared = PreparedMap(grid)
+    low, high = prepared.points.min(axis=0), prepared.points.max(axis=0)
     half_turn = Similarity2(*(low + high), math.pi)
-    assert off(second_best_proposals(chart, chart, Similarity2.identity()), half_turn, chart.points) < 4.0
+    assert off(second_best_proposals(prepared, prepared, Similarity2.identity()), half_turn, prepared.points) < 4.0

@@ -3,11 +3,11 @@ import math
 import pytest
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.records.prior import Prior, expected_places
+from merge.records.prior import Prior, expected_poses
 
 
 def test_two_start_poses_say_where_one_map_lies_on_the_other():
-    places = expected_places([Prior("a", 1.0, 2.0, math.pi / 2.0), Prior("b", 1.0, 5.0, math.pi, 0.5)], None)
+    places = expected_poses([Prior("a", 1.0, 2.0, math.pi / 2.0), Prior("b", 1.0, 5.0, math.pi, 0.5)], None)
     expected = places["a", "b"]
     assert expected.target_from_source.x == pytest.approx(3.0)
     assert expected.target_from_source.y == pytest.approx(0.0)
@@ -18,7 +18,7 @@ def test_two_start_poses_say_where_one_map_lies_on_the_other():
 
 
 def test_an_answer_within_three_deviations_is_allowed():
-    expected = expected_places([Prior("b", 1.0, 5.0, 0.0, 0.5)], "a")["a", "b"]
+    expected = expected_poses([Prior("b", 1.0, 5.0, 0.0, 0.5)], "a")["a", "b"]
     assert expected.allows(Similarity2(2.4, 5.0, 0.4))
     assert not expected.allows(Similarity2(2.6, 5.0, 0.0))
     assert not expected.allows(Similarity2(1.0, 5.0, 0.6))
@@ -33,7 +33,7 @@ def test_an_answer_within_three_deviations_is_allowed():
 )
 def test_priors_that_say_nothing_are_refused(priors, says):
     with pytest.raises(ValueError, match=says):
-        expected_places(priors, None)
+        expected_poses(priors, None)
 
 
 @pytest.mark.parametrize("sigma", [0.0, -1.0, math.inf])

@@ -61,7 +61,7 @@ def test_the_inverse_of_the_inverse_is_itself(answer, middle):
     np.testing.assert_allclose(again.covariance, one.covariance, atol=1e-9)
 
 
-def charts(world, seed, parts):
+def prepared_maps(world, seed, parts):
     rng = np.random.default_rng(seed)
     return [
         PreparedMap(observed(world, viewpoints(world, rng, *part, number=25), Similarity2.identity(), rng, noise=0.01))
@@ -69,17 +69,20 @@ def charts(world, seed, parts):
     ]
 
 
-def laid(target, source):
+def aligned(target, source):
     """The true cells to cells of maps that were drawn in the world's frame."""
-    cells = [Similarity2.from_se2(chart.grid.frame.origin, chart.grid.frame.resolution) for chart in (target, source)]
+    cells = [
+        Similarity2.from_se2(prepared.grid.frame.origin, prepared.grid.frame.resolution)
+        for prepared in (target, source)
+    ]
     return cells[0].inverse() @ cells[1]
 
 
 @pytest.fixture(scope="module")
 def crisp():
     world = rooms(np.random.default_rng(5))
-    target, source = charts(world, 5, (((0.3, 0.3), (11.0, 10.7)), ((4.5, 0.3), (15.7, 10.7))))
-    return target, source, laid(target, source)
+    target, source = prepared_maps(world, 5, (((0.3, 0.3), (11.0, 10.7)), ((4.5, 0.3), (15.7, 10.7))))
+    return target, source, aligned(target, source)
 
 
 def test_crisp_rooms_are_known_within_a_cell(crisp):
@@ -107,8 +110,8 @@ def test_swapping_the_maps_gives_that_of_the_inverse(crisp):
 
 
 def test_along_a_bare_corridor_nothing_is_known_and_across_it_much():
-    target, source = charts(corridor(), 1, (((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))))
-    answer = laid(target, source)
+    target, source = prepared_maps(corridor(), 1, (((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))))
+    answer = aligned(target, source)
     lengths, axes = np.linalg.eigh(uncertainty(target, source, answer, ScaleRange.known()).covariance[:2, :2])
     assert abs(axes[0, 1]) > 0.99  # along x
     assert math.sqrt(lengths[1]) > 50.0 * math.sqrt(lengths[0])
@@ -122,10 +125,10 @@ def test_without_any_wall_on_a_wall_only_the_size_of_the_maps_is_known(crisp):
 
 def test_exactness_is_the_share_of_draws_that_count_as_right():
     sigma = math.radians(1.5), 0.02
-    told = Uncertainty(np.zeros(2), np.diag([9.0, 9.0, sigma[0] ** 2, sigma[1] ** 2])).precision_probability
+    estimated = Uncertainty(np.zeros(2), np.diag([9.0, 9.0, sigma[0] ** 2, sigma[1] ** 2])).precision_probability
     turn, growth = np.random.default_rng(0).laplace(size=(2, 200_000)) * np.array(sigma)[:, None] / math.sqrt(2.0)
     right = (np.abs(np.degrees(turn)) < 2.0) & (np.abs(growth) < math.log(1.03))
-    assert told == pytest.approx(right.mean(), abs=0.005)
+    assert estimated == pytest.approx(right.mean(), abs=0.005)
 
 
 def test_a_known_scale_takes_nothing_from_exactness():

@@ -15,7 +15,7 @@ from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cell
 from tests.merge.rooms import observed, rooms, viewpoints
 
 
-def chart(values):
+def prepare(values):
     values = np.asarray(values)
     return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
@@ -30,7 +30,7 @@ SAME = Similarity2.identity()
 
 
 def test_the_surface_lies_in_the_first_occupied_cells_and_looks_into_the_free_space():
-    found = chart(room())
+    found = prepare(room())
     low = found.points[np.abs(found.points[:, 0] - 40.5) < 0.1]
     assert sorted(low[:, 1].tolist()) == pytest.approx([2.5, 57.5])
     upward = found.normals[np.hypot(*(found.points - (40.5, 2.5)).T).argmin()]
@@ -41,7 +41,7 @@ def test_the_surface_lies_in_the_first_occupied_cells_and_looks_into_the_free_sp
 def test_the_nearest_surface_that_faces_a_way_is_that_of_an_exhaustive_search(axis):
     rng = np.random.default_rng(0)
     values = rng.choice([100, 0, -1], (30, 40), p=[0.03, 0.8, 0.17])
-    found = chart(values)
+    found = prepare(values)
     members = found.points[(found.normals @ axis > PreparationSettings.sector_cosine) | ~found.normals.any(axis=1)]
     for x, y in rng.uniform((-1, -1), (41, 31), (100, 2)):
         _, distance = nearest_point(found.surface, x, y, *map(float, axis))
@@ -52,7 +52,7 @@ def test_the_nearest_surface_that_faces_a_way_is_that_of_an_exhaustive_search(ax
 def test_both_sides_of_a_wall_thinner_than_the_tolerance_find_their_own():
     values = np.zeros((200, 300), dtype=int)
     values[100:102, 20:280] = 100
-    thin = chart(values)
+    thin = prepare(values)
     assert tolerance_cells(thin, thin, 1.0) > 2.0
     walls = measure_wall_overlap(thin, thin, Similarity2(0.0, 1.5))
     assert walls.inlier_length > 0.95 * len(thin.points)
@@ -60,40 +60,40 @@ def test_both_sides_of_a_wall_thinner_than_the_tolerance_find_their_own():
 
 
 def test_a_map_on_itself_agrees_wholly():
-    walls = measure_wall_overlap(chart(room()), chart(room()), SAME)
-    assert walls.inlier_length == len(chart(room()).points)
+    walls = measure_wall_overlap(prepare(room()), prepare(room()), SAME)
+    assert walls.inlier_length == len(prepare(room()).points)
     assert (walls.opposed_length, walls.violation_length) == (0.0, 0.0)
     assert walls.score == 1.0
 
 
 def test_a_room_half_as_large_stands_in_free_space():
     inner = room((30, 40))
-    walls = measure_wall_overlap(chart(room()), chart(inner), Similarity2(20.0, 15.0))
+    walls = measure_wall_overlap(prepare(room()), prepare(inner), Similarity2(20.0, 15.0))
     assert walls.inlier_length == 0.0
-    assert walls.violation_length > 0.4 * len(chart(inner).points)
+    assert walls.violation_length > 0.4 * len(prepare(inner).points)
 
 
 def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
     from_below, from_above = np.full((40, 60), -1), np.full((40, 60), -1)
     from_below[:20], from_below[20:22] = 0, 100
     from_above[22:], from_above[20:22] = 0, 100
-    walls = measure_wall_overlap(chart(from_below), chart(from_above), Similarity2(0.0, -2.0))
+    walls = measure_wall_overlap(prepare(from_below), prepare(from_above), Similarity2(0.0, -2.0))
     assert walls.inlier_length == 0.0
     assert walls.opposed_length == pytest.approx(60.0)  # each wall stands in the other's free space
-    both_sides = measure_wall_overlap(chart(from_below), chart(from_above), Similarity2(0.0, -1.0))
+    both_sides = measure_wall_overlap(prepare(from_below), prepare(from_above), Similarity2(0.0, -1.0))
     assert (both_sides.inlier_length, both_sides.opposed_length) == (0.0, 0.0)
 
 
 def test_walls_that_all_run_one_way_have_no_spread_and_a_square_room_has_most():
     corridor = np.zeros((30, 90), dtype=int)
     corridor[:3] = corridor[-3:] = 100
-    assert measure_wall_overlap(chart(corridor), chart(corridor), SAME).normal_isotropy == pytest.approx(
+    assert measure_wall_overlap(prepare(corridor), prepare(corridor), SAME).normal_isotropy == pytest.approx(
         0.0, abs=0.01
     )  # its open ends
-    upright = chart(np.rot90(corridor, -1))
-    turned = measure_wall_overlap(upright, chart(corridor), Similarity2(30.0, 0.0, math.pi / 2))
+    upright = prepare(np.rot90(corridor, -1))
+    turned = measure_wall_overlap(upright, prepare(corridor), Similarity2(30.0, 0.0, math.pi / 2))
     assert turned.score == pytest.approx(1.0) and turned.normal_isotropy == pytest.approx(0.0, abs=0.01)
-    square = chart(room((60, 60)))
+    square = prepare(room((60, 60)))
     assert measure_wall_overlap(square, square, SAME).normal_isotropy == pytest.approx(0.5)
 
 
@@ -114,7 +114,7 @@ def test_swapping_the_maps_gives_the_same_lengths():
 
 
 def test_the_tolerance_is_one_and_a_half_cells_of_the_coarser_map_or_a_share_of_the_smaller():
-    small, large = chart(np.zeros((30, 40))), chart(np.zeros((300, 400)))
+    small, large = prepare(np.zeros((30, 40))), prepare(np.zeros((300, 400)))
     assert tolerance_cells(small, small, 1.0) == 1.5
     assert tolerance_cells(small, small, 2.0) == 3.0
     assert tolerance_cells(large, large, 1.0) == pytest.approx(7.0)
@@ -123,5 +123,5 @@ def test_the_tolerance_is_one_and_a_half_cells_of_the_coarser_map_or_a_share_of_
 
 
 def test_blank_maps_agree_on_nothing():
-    walls = measure_wall_overlap(chart(np.full((5, 5), -1)), chart(np.zeros((1, 1))), SAME)
+    walls = measure_wall_overlap(prepare(np.full((5, 5), -1)), prepare(np.zeros((1, 1))), SAME)
     assert walls.score == 0.0 and walls.compared_length == 0.0 and not math.isnan(walls.normal_isotropy)

@@ -18,14 +18,14 @@ def world():
     return np.where(walls, 100, 0)
 
 
-def chart(values):
+def prepare(values):
     return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), values.shape), values))
 
 
 @pytest.mark.parametrize("feature", ["sift", "orb"])
 def test_a_turned_world_is_proposed_first_and_to_a_fraction_of_a_cell(world, feature):
     method, turned = Sift(feature), np.rot90(world, -1)  # rows up: counter-clockwise
-    target, source = method.describe(chart(turned)), method.describe(chart(world))
+    target, source = method.describe(prepare(turned)), method.describe(prepare(world))
     best = method.propose(target, source, ScaleRange.free(), np.random.default_rng(0))[0]
     truth = Similarity2(float(world.shape[0]), 0.0, np.pi / 2)
     assert np.abs(best.target_from_source.matrix() - truth.matrix()).max() < (0.2 if feature == "sift" else 0.8)
@@ -33,7 +33,7 @@ def test_a_turned_world_is_proposed_first_and_to_a_fraction_of_a_cell(world, fea
 
 def test_a_world_of_half_the_cell_size_has_scale_one_half(world):
     method, fine = Sift(), np.kron(world, np.ones((2, 2), dtype=int))
-    target, source = method.describe(chart(world)), method.describe(chart(fine))
+    target, source = method.describe(prepare(world)), method.describe(prepare(fine))
     best = method.propose(target, source, ScaleRange.free(), np.random.default_rng(0))[0]
     assert best.target_from_source.scale == pytest.approx(0.5, rel=5e-3)
 
@@ -41,7 +41,7 @@ def test_a_world_of_half_the_cell_size_has_scale_one_half(world):
 @pytest.mark.parametrize("feature", ["sift", "orb"])
 def test_as_published_the_answer_is_that_of_one_sample_and_its_index_the_confidence(world, feature):
     method, turned = Sift.as_published(feature), np.rot90(world, -1)
-    target, source = method.describe(chart(turned)), method.describe(chart(world))
+    target, source = method.describe(prepare(turned)), method.describe(prepare(world))
     answer = method.published(target, source, ScaleRange.known(), np.random.default_rng(0))
     truth = Similarity2(float(world.shape[0]), 0.0, np.pi / 2)
     here = method.matched(target, source)[1]
@@ -62,7 +62,7 @@ def test_the_ratio_test_by_hand():
 @pytest.mark.parametrize("feature", ["sift", "orb"])
 def test_a_blank_map_has_no_features_and_is_proposed_nothing(world, feature):
     method = Sift(feature)
-    blank, full = method.describe(chart(np.zeros((40, 40), dtype=int))), method.describe(chart(world))
+    blank, full = method.describe(prepare(np.zeros((40, 40), dtype=int))), method.describe(prepare(world))
     assert len(blank.points) == 0
     for target, source in ((blank, full), (full, blank), (blank, blank)):
         assert method.propose(target, source, ScaleRange.free(), np.random.default_rng(0)) == ()

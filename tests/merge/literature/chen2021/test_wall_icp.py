@@ -15,25 +15,25 @@ def pair():
 
 @pytest.mark.parametrize("shift", [(4.0, -3.0, 0.0), (-3.0, 2.0, 0.02), (0.0, 0.0, -0.03)])
 def test_a_start_some_cells_off_settles_on_the_truth(pair, shift):
-    target, source, truth, chart = pair
+    target, source, truth, prepared = pair
     found = icp(target, source, Similarity2(*shift) @ truth, ScaleRange.known())
-    assert off_share(found, truth, chart) < 0.004
+    assert off_share(found, truth, prepared) < 0.004
     assert found.scale == 1.0
 
 
 def test_the_scale_settles_too_where_it_is_free(pair):
-    target, source, truth, chart = pair
+    target, source, truth, prepared = pair
     middle = Similarity2(*source.points.mean(axis=0))
     larger = middle @ Similarity2(0.0, 0.0, 0.0, 1.01) @ middle.inverse()
     found = icp(target, source, truth @ larger, ScaleRange.free())
     assert found.scale == pytest.approx(1.0, abs=2e-3)
-    assert off_share(found, truth, chart) < 0.004
+    assert off_share(found, truth, prepared) < 0.004
 
 
 def test_maps_the_other_way_round_settle_on_the_inverse(pair):
-    target, source, truth, chart = pair
+    target, source, truth, prepared = pair
     back = icp(source, target, truth.inverse(), ScaleRange.known())
-    assert off_share(back.inverse(), truth, chart) < 0.004
+    assert off_share(back.inverse(), truth, prepared) < 0.004
 
 
 def test_what_has_no_partner_stays(pair):
