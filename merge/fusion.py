@@ -16,19 +16,29 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, OCCUPIED, SMALLEST_MISS, UNKNOWN, OccupancyGrid
 from mapping.grid.resampling import resampled
+from merge.records.validation import require_valid
 
 ROUNDING_CELLS = 1e-6
-
-SAMPLES = 2
-"""Points a side at which a merged cell looks up each map: no transform is known finer than half a cell."""
-
-MOST_CELLS = 2**26
-"""A merged map has no more cells: they are made wider where it would."""
 
 FusionName = Literal["log_odds", "least_entropy", "max"]
 FUSIONS: tuple[FusionName, ...] = get_args(FusionName)
 
 Raster = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class FusionSettings:
+    """The grid of a merged map.
+
+    - ``samples``: points a side at which a merged cell looks up each map; no transform is known finer than half a cell;
+    - ``max_cells``: cells are made wider where a merged map would have more.
+    """
+
+    samples: int = 2
+    max_cells: int = 2**26
+
+    def __post_init__(self) -> None:
+        require_valid(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +54,20 @@ class Fused:
 
 
 def fuse(
-    reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
+    reference: GridFrame,
+    grids: Sequence[tuple[Similarity2, OccupancyGrid]],
+    fusion: FusionName = "log_odds",
+    settings: FusionSettings = FusionSettings(),
 ) -> OccupancyGrid:
     """Fuse maps, each with its ``reference_from_map``, in the frame of the reference: see ``fuse_and_compare``."""
-    return fuse_and_compare(reference, grids, fusion).merged
+    return fuse_and_compare(reference, grids, fusion, settings).merged
 
 
 def fuse_and_compare(
-    reference: GridFrame, grids: Sequence[tuple[Similarity2, OccupancyGrid]], fusion: FusionName = "log_odds"
+    reference: GridFrame,
+    grids: Sequence[tuple[Similarity2, OccupancyGrid]],
+    fusion: FusionName = "log_odds",
+    settings: FusionSettings = FusionSettings(),
 ) -> Fused:
     """Fuse maps, each with its ``reference_from_map``, in the frame and resolution of the reference.
 
@@ -64,14 +80,16 @@ def fuse_and_compare(
     The order of the maps does not matter. The grid is the reference's, grown by whole cells to hold all maps. Each map
     is sampled by ``resampled``, so that thin walls of finer maps stay.
     """
-    frame = _grown(reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids])
+    frame = _grown(
+        reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids], settings.max_cells
+    )
     total = np.zeros(frame.shape, dtype=np.float32)
     known, occupied = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(2))
     deep = np.zeros(frame.shape, dtype=bool)
     for reference_from_map, grid in grids:
         box = _box(frame, _corners(reference_from_map, grid))
         window = frame.window((box[0].start, box[1].start), total[box].shape)
-        seen = resampled(grid, reference_from_map, window, SAMPLES)
+        seen = resampled(grid, reference_from_map, window, settings.samples)
         _RULES[fusion](total[box], seen, known[box] > 0)
         known[box] += seen != 0.0
         occupied[box] += seen > 0.0
@@ -133,7 +151,7 @@ def _box(frame: GridFrame, corners: NDArray[np.float64]) -> tuple[slice, slice]:
     return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
 
 
-def _grown(reference: GridFrame, corners: Sequence[NDArray[np.float64]]) -> GridFrame:
+def _grown(reference: GridFrame, corners: Sequence[NDArray[np.float64]], max_cells: int) -> GridFrame:
     local = reference.origin.inverse().apply(np.concatenate(corners)) / reference.resolution
     rows, cols = reference.shape
     left, low = (min(0, math.floor(value + ROUNDING_CELLS)) for value in local.min(axis=0))
@@ -142,8 +160,8 @@ def _grown(reference: GridFrame, corners: Sequence[NDArray[np.float64]]) -> Grid
     corner = reference.origin @ SE2(left * reference.resolution, low * reference.resolution)
     grown = GridFrame(reference.resolution, corner, (high - low, right - left))
     cells = math.prod(grown.shape)
-    if cells <= MOST_CELLS:
+    if cells <= max_cells:
         return grown
-    wider = math.sqrt(cells / MOST_CELLS)
+    wider = math.sqrt(cells / max_cells)
     rows, cols = (math.ceil(side / wider) for side in grown.shape)
     return GridFrame(reference.resolution * wider, corner, (rows, cols))

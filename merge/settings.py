@@ -9,7 +9,7 @@ from typing import Any
 
 from mapping.geometry.scale_range import ScaleRange
 from merge.alignment.settings import AlignmentSettings
-from merge.fusion import FUSIONS, FusionName
+from merge.fusion import FUSIONS, FusionName, FusionSettings
 from merge.literature.chen2021.morphology import Morphology
 from merge.literature.chen2021.sift import Sift
 from merge.literature.genetic import Genetic
@@ -78,6 +78,7 @@ class MergeSettings:
     acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     reference: str | None = None
     fusion: FusionName = "log_odds"
+    merged_grid: FusionSettings = field(default_factory=FusionSettings)
     priors: tuple[Prior, ...] = ()
     prior: PriorSettings = field(default_factory=PriorSettings)
     preparation: PreparationSettings = field(default_factory=PreparationSettings)

@@ -18,6 +18,7 @@ from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +62,7 @@ class Genetic:
     proposals: int = 24
 
     def __post_init__(self) -> None:
-        for name in ("individuals", "generations", "walls", "proposals"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"Genetic: {name} is {getattr(self, name)}, must be at least 1")
-        for name in ("spread_cells", "spread_deg", "consistency"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise ValueError(f"Genetic: {name} is {getattr(self, name)}, must be positive and finite")
-        if not self.blurs_cells or not all(0.0 < blur < math.inf for blur in self.blurs_cells):
-            raise ValueError(f"Genetic: blurs_cells is {self.blurs_cells}, must be positive and finite")
+        require_valid(self)
 
     def describe(self, prepared: PreparedMap) -> Likelihood:
         """Compute the map's likelihood fields, and sample its walls."""

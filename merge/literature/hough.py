@@ -16,6 +16,7 @@ from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 from merge.verification.cell_overlap import compare_cells
 
 DEGREES = 360
@@ -47,9 +48,8 @@ class Hough:
     acceptance_index: float = 0.98
 
     def __post_init__(self) -> None:
-        if self.rotations < 1:
-            raise ValueError(f"Hough: rotations is {self.rotations}, must be at least 1")
-        if not 0.0 < self.acceptance_index <= 1.0:
+        require_valid(self)
+        if self.acceptance_index > 1.0:
             raise ValueError(f"Hough: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
     def describe(self, prepared: PreparedMap) -> WallCells:

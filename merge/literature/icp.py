@@ -16,6 +16,7 @@ from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 from merge.records.verdict import Reason, Refusal, Verdict
 
 
@@ -52,12 +53,7 @@ class Icp:
     proposals: int = 72
 
     def __post_init__(self) -> None:
-        for name in ("rotations", "shifts", "points", "iterations", "proposals"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"Icp: {name} is {getattr(self, name)}, must be at least 1")
-        for name in ("least_fall", "most_rms_cells"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise ValueError(f"Icp: {name} is {getattr(self, name)}, must be positive and finite")
+        require_valid(self)
 
     def describe(self, prepared: PreparedMap) -> Shape:
         """Collect the map's walls, and an even sample of them."""

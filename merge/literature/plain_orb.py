@@ -15,6 +15,7 @@ from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.keypoints import Keypoints, detect_orb
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,7 @@ class PlainOrb:
     min_inliers: int = 10
 
     def __post_init__(self) -> None:
-        for name in ("features", "inlier_distance_cells", "min_inliers"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"PlainOrb: {name} is {getattr(self, name)}, must be positive")
+        require_valid(self)
 
     def describe(self, prepared: PreparedMap) -> Keypoints:
         """Detect the map's keypoints; none on a blank or very small map."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -19,6 +20,7 @@ from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
+from merge.records.validation import require_valid
 from merge.verification.cell_overlap import compare_cells
 
 
@@ -60,7 +62,9 @@ class RandomWalk:
     - ``warmth_cells``: the selector keeps a step that is worse by d with chance exp(-d / warmth), as annealing does,
       the warmth falling to zero over the walk;
     - ``cells``: sample of each value's cells that the similarity is computed on;
-    - ``acceptance_index``: what must be reached, 98 %.
+    - ``acceptance_index``: least acceptance index of an accepted answer;
+    - ``least_step_cells``, ``least_turn`` [rad]: standard deviation below which steps do not shrink, so that the walk
+      reaches every place.
     """
 
     walks: int = 100
@@ -70,15 +74,12 @@ class RandomWalk:
     warmth_cells: float = 2.0
     cells: int = 250
     acceptance_index: float = 0.98
+    least_step_cells: float = 0.4
+    least_turn: float = 0.003
 
     def __post_init__(self) -> None:
-        for name in ("walks", "steps", "memory", "cells"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"RandomWalk: {name} is {getattr(self, name)}, must be at least 1")
-        for name in ("lock_cells", "warmth_cells"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"RandomWalk: {name} is {getattr(self, name)}, must be finite and not negative")
-        if not 0.0 < self.acceptance_index <= 1.0:
+        require_valid(self, not_negative=("lock_cells", "warmth_cells"))
+        if self.acceptance_index > 1.0:
             raise ValueError(f"RandomWalk: acceptance_index is {self.acceptance_index}, must lie in (0, 1]")
 
     def describe(self, prepared: PreparedMap) -> Valued:
@@ -113,8 +114,9 @@ class RandomWalk:
         cost = self.dissimilarity(target, source, here, size)
         best, best_cost = here.copy(), cost.copy()
         memory = rng.standard_normal((self.memory, self.walks, 3)) * (reach, reach, 1.0)
+        least = self.least_step_cells, self.least_step_cells, self.least_turn
         for step in range(self.steps):
-            there = here + _steps(memory, rng)
+            there = here + _steps(memory, least, rng)
             new = self.dissimilarity(target, source, there, size)
             warmth = self.warmth_cells * (1.0 - step / self.steps)
             kept = _selected(new - cost, warmth, rng)
@@ -183,16 +185,12 @@ def cell_distances(
     return means, agree, disagree
 
 
-LEAST_STEP = np.array([0.4, 0.4, 0.003])
-"""Standard deviation below which steps do not shrink: x, y [cells], yaw [rad]. So the walk reaches every place."""
-
-
-def _steps(memory: NDArray[np.float64], rng: np.random.Generator) -> Poses:
+def _steps(memory: NDArray[np.float64], least: Sequence[float], rng: np.random.Generator) -> Poses:
     """Draw steps (walks, 3) with about the mean and covariance of the last ones (memory, walks, 3), never 0."""
     mean: Poses = memory.mean(axis=0)
     weights = rng.standard_normal(memory.shape[:2]) / math.sqrt(len(memory))
     spread = np.einsum("mw,mwk->wk", weights, memory - mean)  # its covariance is that of the memory
-    steps: Poses = mean + spread + rng.standard_normal(mean.shape) * LEAST_STEP
+    steps: Poses = mean + spread + rng.standard_normal(mean.shape) * np.array(least)
     return steps
 
 

@@ -70,7 +70,9 @@ def fuse_cluster(team: Team, cluster: Cluster) -> tuple[int, OccupancyGrid]:
     members = sorted(cluster.poses, key=lambda k: -team.frames[k].area * cluster.poses[k].scale ** 2)
     names = [team.maps.names[k] for k in members]
     grids = [(team.metric(cluster, names[0], name), team.maps.grids[team.index(name)].cropped()) for name in names]
-    return members[0], grids[0][1] if len(grids) == 1 else fuse(grids[0][1].frame, grids)
+    return members[0], grids[0][1] if len(grids) == 1 else fuse(
+        grids[0][1].frame, grids, settings=team.settings.merged_grid
+    )
 
 
 def _refused_answers(answer: PairResult) -> Iterator[PairResult]:

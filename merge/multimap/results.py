@@ -38,7 +38,7 @@ def _merged(team: Team, cluster: Cluster) -> MergedGroup:
     if team.maps.metric:
         frame = finest(frame, [grid_of[name].frame.resolution * pose.scale for name, pose in placed.items()])
     grids = [(placed[name], grid_of[name].cropped()) for name in team.maps.names if name in placed]
-    fused = fuse_and_compare(frame, grids, team.settings.fusion)
+    fused = fuse_and_compare(frame, grids, team.settings.fusion, team.settings.merged_grid)
     return MergedGroup(reference, placed, fused.merged, fused.conflicts)
 
 

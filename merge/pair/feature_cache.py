@@ -18,9 +18,6 @@ from merge.methods import Proposer, Published
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.settings import PreparationSettings
 
-KEPT = 40
-"""Maps that a cache holds; the features of a map of 400 x 400 cells take about 8 MB."""
-
 Method = Proposer[Any] | Published[Any]
 
 
@@ -35,8 +32,8 @@ class MapFeatures:
 class FeatureCache:
     """Prepared maps and their features, of the maps that were used last."""
 
-    def __init__(self, settings: PreparationSettings = PreparationSettings(), kept: int = KEPT) -> None:
-        self._settings, self._kept = settings, kept
+    def __init__(self, settings: PreparationSettings = PreparationSettings(), kept: int | None = None) -> None:
+        self._settings, self._kept = settings, kept or settings.cached_maps
         self._maps: OrderedDict[bytes, tuple[PreparedMap, dict[Method, Any]]] = OrderedDict()
 
     def prepared(self, grid: OccupancyGrid) -> PreparedMap:

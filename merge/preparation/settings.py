@@ -27,7 +27,8 @@ class PreparationSettings:
       higher step than the end of sight;
     - ``band_share`` [of the diagonal]: the raster has that value so far behind the walls;
     - ``deep_share`` [of the diagonal]: free space is deep if nothing else is so near;
-    - ``coarsest_cells``: the pyramid of rasters ends at this side.
+    - ``coarsest_cells``: the pyramid of rasters ends at this side;
+    - ``cached_maps``: prepared maps that a cache holds; the features of a map of 400 x 400 cells take about 8 MB.
     """
 
     border_cells: int = 32
@@ -40,6 +41,7 @@ class PreparationSettings:
     band_share: float = 0.02
     deep_share: float = 0.014
     coarsest_cells: int = 48
+    cached_maps: int = 40
 
     def __post_init__(self) -> None:
         require_valid(self, not_negative=("border_cells",), signed=("behind_walls",))

@@ -22,8 +22,6 @@ from merge.proposers.orientation_histogram import (
 from merge.records.proposal import Proposal
 from merge.records.validation import require_valid
 
-ALL_YAWS = tuple(math.radians(degrees) for degrees in range(0, 360, 10))
-
 
 @dataclass(frozen=True, eq=False)
 class WallRasters:
@@ -39,8 +37,8 @@ class NormalCorrelation:
 
     - ``scale_step``: largest factor between neighbouring scales;
     - ``proposals``: the best of all shifts are proposed;
-    - ``min_orientation_correlation``: below it, as in caves, no rotation is likelier than another: all are tried, in
-      coarser steps;
+    - ``min_orientation_correlation``: below it, as in caves, no rotation is likelier than another: all are tried,
+      ``coarse_yaw_step_deg`` apart;
     - ``fine``: correlation at the likely rotations. Maps that share little are found because they contradict one
       another little;
     - ``coarse``: correlation at all rotations. Walls that are rotated too far to match contradict less there;
@@ -50,6 +48,7 @@ class NormalCorrelation:
     scale_step: float = 1.06
     proposals: int = 600
     min_orientation_correlation: float = 0.75
+    coarse_yaw_step_deg: float = 10.0
     fine: CorrelationSettings = field(default_factory=lambda: CorrelationSettings(contradiction=0.7))
     coarse: CorrelationSettings = field(default_factory=lambda: CorrelationSettings(cells=56))
     orientation: OrientationSettings = field(default_factory=OrientationSettings)
@@ -69,7 +68,8 @@ class NormalCorrelation:
         """Propose the highest peaks of the correlation, best first."""
         correlation = correlate_histograms(target.orientations, source.orientations).max()
         if correlation < self.min_orientation_correlation:
-            found = self._peaks(target, source, scales(scale, self.scale_step**2), ALL_YAWS, self.coarse)
+            all_yaws = [math.radians(degrees) for degrees in np.arange(0.0, 360.0, self.coarse_yaw_step_deg).tolist()]
+            found = self._peaks(target, source, scales(scale, self.scale_step**2), all_yaws, self.coarse)
         else:
             yaws = likely_yaws(target.orientations, source.orientations, self.orientation)
             found = self._peaks(target, source, scales(scale, self.scale_step), yaws, self.fine)

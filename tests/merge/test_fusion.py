@@ -8,7 +8,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
-from merge.fusion import SAMPLES, finest, fuse, fuse_and_compare
+from merge.fusion import FusionSettings, finest, fuse, fuse_and_compare
 
 FRAME = GridFrame(0.1, SE2(3.0, -2.0, 0.4), (2, 3))
 GRID = OccupancyGrid.from_occupancy(FRAME, [[100, 0, -1], [0, -1, 100]])
@@ -147,7 +147,7 @@ def test_maps_looked_up_where_they_lie_are_as_looked_up_everywhere():
             (place, OccupancyGrid.from_occupancy(frame, rng.choice([-1, 0, 100], (17, 23), p=[0.2, 0.6, 0.2])))
         )
     fused = fuse_and_compare(grids[0][1].frame, grids)
-    seen = [resampled(grid, place, fused.merged.frame, SAMPLES) for place, grid in grids]
+    seen = [resampled(grid, place, fused.merged.frame, FusionSettings().samples) for place, grid in grids]
     total = np.sum(seen, axis=0, dtype=np.float32)
     np.testing.assert_allclose(np.where(total == 0.0, 0.0, fused.merged.log_odds), total, atol=1e-5)
     np.testing.assert_array_equal(fused.merged.known, np.any([part != 0.0 for part in seen], axis=0))

@@ -111,6 +111,17 @@ def test_the_record_fits_its_schema_and_holds_the_constants(tmp_path):
     assert read["check"]["pairs"] == 200
 
 
+def test_the_schema_allows_every_constant_that_the_settings_allow(tmp_path):
+    trials = drawn(200)
+    record = acceptance_record(TRUE, calibration(trials))
+    for threshold in (AcceptanceSettings().threshold, -3.0):
+        record["acceptance"] = dataclasses.asdict(dataclasses.replace(AcceptanceSettings(), threshold=threshold))
+        write_record(tmp_path / "c.json", "calibration", record)
+    record["acceptance"]["margin_weight"] = -1.0
+    with pytest.raises(ValueError, match="margin_weight"):
+        write_record(tmp_path / "c.json", "calibration", record)
+
+
 @pytest.mark.parametrize(
     ("told", "named"),
     [

@@ -97,7 +97,7 @@ def alike(one, other):
 
 
 def nearest(prepared, point, facing, sectors):
-    """The point of the prepared map nearest to this one among those that face its sector; a list of one, or empty."""
+    """Find the surface point nearest to this one among those that face its sector; a list of one, or empty."""
     wanted = sectors(prepared.normals)[:, int(np.argmax(sectors(facing[None])[0]))] > 0.38
     members = (
         np.flatnonzero(wanted | ~prepared.normals.any(axis=1)) if facing.any() else np.arange(len(prepared.points))

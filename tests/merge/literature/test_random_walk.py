@@ -64,7 +64,7 @@ def test_the_similarity_of_a_map_with_itself_is_best_where_it_lies():
 def test_steps_are_drawn_with_mean_and_covariance_of_the_last_ones():
     rng = np.random.default_rng(3)
     memory = rng.standard_normal((6, 1, 3)) * (5.0, 9.0, 2.0) + (20.0, 0.0, -3.0)
-    drawn = np.array([_steps(memory, rng)[0] for _ in range(20_000)])
+    drawn = np.array([_steps(memory, (0.4, 0.4, 0.003), rng)[0] for _ in range(20_000)])
     assert np.allclose(drawn.mean(axis=0), memory.mean(axis=(0, 1)), atol=0.2)
     expected = np.cov(memory[:, 0].T, bias=True) + np.diag([0.4**2, 0.4**2, 0.003**2])
     assert np.allclose(np.cov(drawn.T), expected, rtol=0.1, atol=0.5)
