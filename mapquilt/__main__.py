@@ -1,4 +1,5 @@
-"""The command: ``mapquilt``, or ``python -m mapquilt``. It is small, so that an interrupt finds it ready."""
+"""Run the command: ``mapquilt``, or ``python -m mapquilt``. This module loads fast, so that an interrupt during the
+import of the rest is handled."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from mapquilt.cli.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED
 
 
 def main() -> None:
-    """Run the command line, which takes a second to load, and leave with its exit status."""
+    """Run the command line and exit with its status."""
     try:
         from mapquilt.cli.app import run
         from mapquilt.cli.standard_output import named
@@ -31,8 +32,8 @@ def _fail(message: str, status: int) -> int:
 
 
 def _flushed(status: int) -> int:
-    """Write out what was printed. What nobody takes is dropped, lest the interpreter try again at its end; an error is
-    told once."""
+    """Flush standard output and return the exit status. On an error, discard the rest of the output, so that the
+    interpreter does not try again, and report the error once."""
     if sys.stdout is None:
         return status
     try:

@@ -97,14 +97,14 @@ def simulate(
 
     Raises ``ValueError`` naming the setting that is out of range, ``ImportError`` if pybullet is missing.
     """
-    from mapquilt.cli.options.world import open_place
+    from mapquilt.cli.options.world import open_world
     from mapquilt.runs.sample import make_sample
     from mapquilt.runs.stages import simulate_run
     from mapquilt.settings import SampleSettings
     from sim.mission.mission import simulate as simulate_mission
     from sim.mission.settings import MissionSettings
 
-    place, notes = open_place(world, seed)
+    place, notes = open_world(world, seed)
     for note in notes:
         warnings.warn(note, stacklevel=2)
     mission = mission or MissionSettings(robots, duration)

@@ -1,4 +1,4 @@
-"""JSON files with a versioned schema: the same value gives the same bytes, and what is read is checked."""
+"""Read and write JSON files with versioned schemas. Equal records give equal bytes."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ def _validator(kind: str) -> Any:
 
 
 def write_record(path: Path, kind: str, record: dict[str, Any]) -> None:
-    """Write ``record`` aside and rename it into place, once it has been checked against the schema of its kind."""
+    """Check ``record`` against its schema and write it atomically."""
     write_bytes_atomically(path, record_bytes(path, kind, record))
 
 
 def record_bytes(path: Path, kind: str, record: dict[str, Any]) -> bytes:
-    """What the file holds, once the record has been checked against the schema of its kind."""
+    """Check ``record`` against its schema and return the content of its file."""
     check_record(path, kind, record)
     return to_text(record).encode()
 
 
 def to_text(record: dict[str, Any]) -> str:
-    """The record as the files hold it; numbers at full precision."""
+    """Format a record as JSON, with numbers at full precision."""
     return json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def read_record(path: Path, kind: str) -> dict[str, Any]:
     """Read a JSON file and check it against the schema of its kind.
 
-    Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
+    Raises ``ValueError`` with the file and the fault, ``OSError`` if it cannot be read.
     """
     record = read_json(path)
     check_record(path, kind, record)
@@ -48,7 +48,7 @@ def read_record(path: Path, kind: str) -> dict[str, Any]:
 
 
 def check_record(path: Path, kind: str, record: Any) -> None:
-    """Raise ``ValueError`` that names the file, and what is wrong where, if a record does not fit its kind's schema."""
+    """Raise ``ValueError`` with the file, the field and the fault if a record does not fit its schema."""
     from jsonschema.exceptions import best_match
 
     error = best_match(_validator(kind).iter_errors(record))

@@ -1,4 +1,4 @@
-"""``mapquilt convert``."""
+"""``mapquilt convert``: write maps, logs and runs in other formats."""
 
 from __future__ import annotations
 
@@ -26,18 +26,19 @@ def convert(
         ),
     ],
     to: Annotated[
-        Format | None, typer.Option(help="Default: by OUT's ending, .yaml, .pgm, .png, .tum or .carmen.")
+        Format | None, typer.Option(help="Format; default: by OUT's ending, .yaml, .pgm, .png, .tum or .carmen.")
     ] = None,
-    mode: Annotated[Mode | None, typer.Option(help="How a map's grey tells occupancy; default: trinary.")] = None,
+    mode: Annotated[Mode | None, typer.Option(help="Interpretation of grey levels; default: trinary.")] = None,
     unknown: Unknown = None,
 ) -> int:
     """Write a map, a log or a run for other programs.
 
     A map becomes a map. A log becomes a TUM trajectory or a CARMEN log. A run becomes a folder: of TUM trajectories
-    (odometry and truth), of CARMEN logs with the true poses, or a ROS 2 bag (needs `pip install mapquilt[ros]`).
-
-    The bag holds scans, odometry, tf, maps and the true poses of each robot, but no transform from map to odom: the
+    (odometry and truth), of CARMEN logs with the true poses, or a ROS 2 bag (needs `pip install mapquilt[ros]`). The
+    bag holds scans, odometry, tf, maps and the true poses of each robot, but no transform from map to odom, because the
     mapper that runs on it publishes that.
+
+    Example: mapquilt convert runs/office office_bag --to rosbag
     """
     conversion = convert_files(source, out, to, mode, unknown)
     warn(conversion.warnings)

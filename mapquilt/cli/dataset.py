@@ -1,4 +1,4 @@
-"""``mapquilt dataset``: the verbs of data sets."""
+"""``mapquilt dataset``: make, check and list data sets."""
 
 from __future__ import annotations
 
@@ -30,9 +30,12 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a data se
 @app.command("init")
 def init(
     out: Annotated[Path, typer.Argument(metavar="SPEC.yaml", help="File to write; never replaced.")],
-    ready: Annotated[str, typer.Option("--from", help=f"Which to start from: {', '.join(READY)}.")] = "smoke",
+    ready: Annotated[str, typer.Option("--from", help=f"Specification to start from: {', '.join(READY)}.")] = "smoke",
 ) -> int:
-    """Write a commented specification to start from."""
+    """Write a commented specification to start from.
+
+    Example: mapquilt dataset init spec.yaml --from smoke
+    """
     if ready not in READY:
         raise ValueError(f"--from {ready}: must be one of {', '.join(READY)}")
     if out.exists():
@@ -45,13 +48,13 @@ def init(
 @app.command("make")
 def make(
     spec: Annotated[str, typer.Argument(metavar="SPEC", help=f"YAML file, or one of {', '.join(READY)}.")],
-    out: Annotated[Path, typer.Option(help="Folder of the data set; one that was begun is gone on with.")],
+    out: Annotated[Path, typer.Option(help="Folder of the data set; an unfinished one continues.")],
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Make a data set; after an interruption the same call goes on, and the result is the same to the byte.
+    """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
-    Status 1 where a sample could not be made; the others are.
+    Status 1 if a sample failed; all other samples are made. Example: mapquilt dataset make smoke --out data
     """
     wanted = load_spec(spec)
     with (
@@ -74,9 +77,12 @@ def make(
 def remake(
     folder: Folder,
     sample: Annotated[str, typer.Argument(help="Name of the sample, such as 000012.")],
-    out: Annotated[Path, typer.Option(help="New folder to make it in.")],
+    out: Annotated[Path, typer.Option(help="New folder to write.")],
 ) -> int:
-    """Make one sample again, alone, and compare it with the manifest bit for bit."""
+    """Make one sample again and compare it with the manifest, bit for bit.
+
+    Status 1 if a file differs. Example: mapquilt dataset remake data 000012 --out again
+    """
     different = remake_sample(folder, sample, out)
     if different:
         print_table(f"{out}: {len(different)} files differ from {folder}, the first is {different[0]}")
@@ -87,7 +93,10 @@ def remake(
 
 @app.command("verify")
 def verify(folder: Folder) -> int:
-    """Hash every file again; status 1 where one is missing, changed or not in the manifest."""
+    """Hash every file again. Status 1 if one is missing, changed or not in the manifest.
+
+    Example: mapquilt dataset verify data
+    """
     with count_progress("hashing") as on_progress:
         problems = verify_dataset(folder, on_progress)
     for problem in problems:
@@ -101,7 +110,10 @@ def stats(
     folder: Folder,
     out: Annotated[Path, typer.Option(help="Picture to write.")],
 ) -> int:
-    """Draw histograms of what a data set holds."""
+    """Draw histograms of a data set's properties.
+
+    Example: mapquilt dataset stats data --out stats.png
+    """
     write_bytes_atomically(out, figure_png(draw_figures(read_manifest(folder).samples)))
     print_table(f"{out}: drawn")
     return 0
@@ -110,13 +122,18 @@ def stats(
 @app.command("pairs")
 def pairs(
     folder: Folder,
-    split: Annotated[str | None, typer.Option(help="Of this split alone.")] = None,
-    world: Annotated[str | None, typer.Option(help="Of this family alone.")] = None,
-    overlap: Annotated[str, typer.Option(help="Of this true overlap, LO:HI.")] = "0:1",
-    noise: Annotated[float | None, typer.Option(help="Of this noise level alone.")] = None,
-    identifiable: Annotated[bool | None, typer.Option(help="Only those that have one right answer, or not.")] = None,
+    split: Annotated[str | None, typer.Option(help="Only pairs of this split.")] = None,
+    world: Annotated[str | None, typer.Option(help="Only pairs of this family.")] = None,
+    overlap: Annotated[str, typer.Option(help="Only pairs of this true overlap, LO:HI.")] = "0:1",
+    noise: Annotated[float | None, typer.Option(help="Only pairs of this noise level.")] = None,
+    identifiable: Annotated[
+        bool | None, typer.Option(help="Only pairs with one right answer, or only the others.")
+    ] = None,
 ) -> int:
-    """List the pairs of a data set by stratum."""
+    """List the pairs of a data set by stratum.
+
+    Example: mapquilt dataset pairs data --split test --overlap 0.3:1
+    """
     wanted = PairFilter.parse(split, world, overlap, noise, identifiable)
     print_table(pair_table(selected_pairs(read_manifest(folder), wanted)))
     return 0

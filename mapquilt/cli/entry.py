@@ -1,4 +1,4 @@
-"""One command run to its exit status, errors in one line."""
+"""Run one command, and report errors in one line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED
 
 _OF_A_FIELD = re.compile(r"(?:[\w ]+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
-"""What settings say of a field that is out of range."""
+"""Pattern of the message about a field that is out of range."""
 
 
 def run_app(app: typer.Typer, arguments: list[str], name: str) -> int:
@@ -40,7 +40,7 @@ def _outcome(app: typer.Typer, arguments: list[str], name: str) -> tuple[int, st
 
 
 def _check_names(arguments: list[str]) -> None:
-    """Names of files end in records and tables, which are UTF-8."""
+    """Refuse file names that are not UTF-8, because records and tables contain them."""
     for argument in arguments:
         name = argument.encode(errors="backslashreplace").decode()
         if name != argument:
@@ -48,7 +48,7 @@ def _check_names(arguments: list[str]) -> None:
 
 
 def _with_value(error: typer.TyperException) -> str:
-    """What is wrong with the arguments, with the value that does not fit its option."""
+    """Return the message about invalid arguments, with the value."""
     from pydantic import ValidationError  # here: only errors need it, and it takes long to load
 
     message = error.format_message()
@@ -65,7 +65,7 @@ def _one_line(error: ValueError | OSError | ImportError) -> str:
 
 
 def _by_option(message: str, arguments: list[str]) -> str:
-    """A message on a field of some settings, told of the option that set it."""
+    """Name the option in a message about a field, if the option was given."""
     found = _OF_A_FIELD.fullmatch(message)
     if found is None:
         return message

@@ -1,4 +1,4 @@
-"""The lidar presets as a table."""
+"""``mapquilt lidars``: list the lidar presets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COLUMNS = ("lidar", "view", "beams", "range", "rate", "mounted", "noise at level
 
 
 def lidar_table() -> Table:
-    """Each preset's numbers, and below them who says so."""
+    """Tabulate the numbers of each preset, with their sources below."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for column in COLUMNS:
         table.add_column(column, no_wrap=column == COLUMNS[0])
@@ -33,7 +33,7 @@ def lidar_table() -> Table:
 
 
 def lidar_row(preset: LidarPreset) -> tuple[str, ...]:
-    """A preset's numbers as text, in the table's order."""
+    """Format a preset's numbers, in the order of the table."""
     lidar, noise = preset.lidar, preset.noise
     return (
         preset.name,
@@ -65,6 +65,9 @@ def _sum_text(what: str, constant: float, ratio: float) -> str:
 
 
 def lidars() -> int:
-    """List the lidars that robots can carry, their noise, and who says so."""
+    """List the lidar presets, their noise, and their sources.
+
+    Example: mapquilt lidars
+    """
     print_table(lidar_table())
     return ALL_MERGED

@@ -1,4 +1,4 @@
-"""``mapquilt merge``."""
+"""``mapquilt merge``: merge maps."""
 
 from __future__ import annotations
 
@@ -49,15 +49,17 @@ def merge(
         bool,
         typer.Option(
             "--as-published",
-            help=f"Take the method's own answer and verdict, not the common judge's: {', '.join(published_names())}.",
+            help=f"Use the method's own acceptance rule: {', '.join(published_names())}.",
         ),
     ] = False,
     min_confidence: Annotated[
         float | None,
-        typer.Option(help=f"Pairs that are less sure are refused. [default: {AcceptanceSettings.min_confidence}]"),
+        typer.Option(
+            help=f"Least confidence of accepted pairs, 0 to 1. [default: {AcceptanceSettings.min_confidence}]"
+        ),
     ] = None,
     alternatives: Annotated[
-        bool, typer.Option("--alternatives", help="List the best other places that were found for each pair, too.")
+        bool, typer.Option("--alternatives", help="Also list the best other placements of each pair.")
     ] = False,
     reference: ReferenceOption = None,
     fusion: FusionOption = "log_odds",
@@ -67,8 +69,8 @@ def merge(
         typer.Option(
             "--add",
             metavar="MAP",
-            help="Join this map to the merge that RUN (or the folder of an older --out) holds, without matching the "
-            "others again; one that is called as a map there takes its place. Repeatable.",
+            help="Add this map to the merge in RUN (or in an older --out) without matching the "
+            "others again. It replaces a map of the same name. Repeatable.",
         ),
     ] = None,
     changes: Annotated[
@@ -82,7 +84,7 @@ def merge(
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[
         Path | None,
-        typer.Option(parser=path, help="New folder, or one of an older merge, for the answer; a run gets it itself."),
+        typer.Option(parser=path, help="New folder, or one of an older merge, for the result; a run stores it itself."),
     ] = None,
     debug: Annotated[
         Path | None,
@@ -91,9 +93,12 @@ def merge(
         ),
     ] = None,
     unknown: Unknown = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the record on standard output, and no more.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print only the record, on standard output.")] = False,
 ) -> int:
-    """Find the transforms between maps, and merge them into one for each group that they join to."""
+    """Find the transforms between maps, and merge each group of connected maps into one map.
+
+    Status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
+    """
     settings = MergeSettings(
         method=method,
         scale=ScaleRange.parse(scale),
@@ -132,19 +137,19 @@ def merge(
 def _merge_inputs(
     maps: list[Path], add: list[Path], out: Path | None, unknown: int | None, settings: MergeSettings, seed: int
 ) -> tuple[MergeInputs, Path | None, dict[tuple[str, str], PairResult]]:
-    """What is merged, where the answer goes, and what is known of pairs."""
+    """Return the maps to merge, the folder of the answer, and the known answers of pairs."""
     if add:
         if len(maps) != 1 or not maps[0].is_dir():
-            raise ValueError(f"--add {add[0]}: needs one folder to add to, a run's or that of an older merge")
+            raise ValueError(f"--add {add[0]}: must follow one folder: a run, or an older merge")
         if out is not None:
-            raise ValueError(f"--out {out}: with --add the answer goes where the merge is")
+            raise ValueError(f"--out {out}: not allowed with --add, which writes into the folder of the merge")
         inputs = added_inputs(maps[0], add, unknown)
         return inputs, maps[0], answers_before(maps[0], inputs.maps, settings, seed)
     if len(maps) == 1 and maps[0].is_dir():
         if out is not None:
-            raise ValueError(f"--out {out}: a run gets its merged map in its own folder")
+            raise ValueError(f"--out {out}: not allowed for a run, which stores its merge in its own folder")
         if unknown is not None:
-            raise ValueError("--unknown is for map files; a run says itself what is unknown")
+            raise ValueError("--unknown: applies to map files only, not to a run")
         return run_inputs(maps[0]), maps[0], {}
     inputs = file_inputs(maps, unknown)
     if out is not None:
@@ -163,5 +168,5 @@ def _acceptance(min_confidence: float | None, as_published: bool) -> AcceptanceS
     if min_confidence is None:
         return AcceptanceSettings()
     if as_published:
-        raise ValueError(f"--min-confidence {min_confidence:g}: with --as-published the method's own rule decides")
+        raise ValueError(f"--min-confidence {min_confidence:g}: not allowed with --as-published")
     return AcceptanceSettings(min_confidence=min_confidence)

@@ -28,7 +28,10 @@ def report(
         int, typer.Option(min=0, help="Most pairs to draw; half of them errors, if there are as many.")
     ] = 200,
 ) -> int:
-    """Write one HTML file that needs no network: summary, charts, and every pair with its maps, merge and truth."""
+    """Write one self-contained HTML file: summary, charts, and every pair with its maps, merge and truth.
+
+    Example: mapquilt report runs/office
+    """
     path = folder / REPORT_FILE if out is None else out
     content = read_content(folder)
     from mapquilt.report.page import render_page

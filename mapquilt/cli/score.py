@@ -15,7 +15,10 @@ from mapquilt.runs.stages import score_run
 
 
 def score(run: RunFolder) -> int:
-    """Compare a run's merge with the truth; write score.json and overview.png."""
+    """Compare a run's merge with the truth; write score.json and overview.png.
+
+    Example: mapquilt score runs/office
+    """
     print_table(score_table(score_run(run_folder.require_run(run))))
     return ALL_MERGED
 

@@ -1,4 +1,4 @@
-"""``mapquilt sense``."""
+"""``mapquilt sense``: map a stored mission again."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def sense(
     out: Out,
     noise: NoiseOption = 1.0,
     components: SetOption = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of noise and disguise; default: that of RUN.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of noise and map frames; default: that of RUN.")] = None,
     poses: PosesOption = "odometry",
     scale: ScaleOption = "hidden",
     max_rotation: MaxRotation = 180.0,
@@ -38,9 +38,12 @@ def sense(
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
-    parts: Annotated[int, typer.Option(help="Cut each robot's mission in time into so many parts: a map each.")] = 1,
+    parts: Annotated[int, typer.Option(help="Number of maps per robot: its mission is cut in time.")] = 1,
 ) -> int:
-    """Make another run of the same mission, at another noise level, without the simulator."""
+    """Make another run of the same mission, with other noise, without the simulator.
+
+    Example: mapquilt sense runs/office --noise 2 --out runs/office-2
+    """
     settings = sample_settings(
         noise=noise,
         poses=poses,

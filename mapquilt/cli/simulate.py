@@ -1,4 +1,4 @@
-"""``mapquilt simulate``."""
+"""``mapquilt simulate``: simulate robots and build their maps."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from mapquilt.cli.options.sensing import (
     SetOption,
     sample_settings,
 )
-from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName, open_place
+from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName, open_world
 from mapquilt.cli.tables import count_of_maps, print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
@@ -44,21 +44,21 @@ from sim.physics.drive import Drive, DriveLimits
 def simulate(
     world: WorldName,
     out: Out,
-    robots: Annotated[int | None, typer.Option(help="Number of robots; default: 3, or one for each start.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and disguise.")] = 6,
-    duration: Annotated[float | None, typer.Option(help="Mission time [s]; default: 120, or a replay's.")] = None,
-    starts: Annotated[Starts, typer.Option(help="Where robots begin that are given no start.")] = "random",
+    robots: Annotated[int | None, typer.Option(help="Number of robots; default: 3, or one per start.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and map frames.")] = 6,
+    duration: Annotated[float | None, typer.Option(help="Mission time [s]; default: 120, or the replay's.")] = None,
+    starts: Annotated[Starts, typer.Option(help="Placement of the robots without --start.")] = "random",
     start: StartOption = None,
-    drive: Annotated[Drive, typer.Option(help="What robots move on.")] = "velocity",
+    drive: Annotated[Drive, typer.Option(help="Drive of the robots.")] = "velocity",
     speed: Annotated[float, typer.Option(help="Greatest speed [m/s].")] = DriveLimits.speed,
     turn_rate: Annotated[float, typer.Option(help="Greatest turn rate [rad/s].")] = DriveLimits.turn_rate,
-    policy: Annotated[PolicyName | None, typer.Option(help="What robots do; default: explore.")] = None,
+    policy: Annotated[PolicyName | None, typer.Option(help="Policy of the robots; default: explore.")] = None,
     goal: GoalOption = None,
     replay: ReplayOption = None,
     robots_file: RobotsFile = None,
     overlap: OverlapOption = None,
     lidar: Annotated[str, typer.Option(help="Lidar that the robots carry; `mapquilt lidars` lists them.")] = "default",
-    rate: Annotated[float | None, typer.Option(help="Sweeps a second [Hz]; default: the lidar's own.")] = None,
+    rate: Annotated[float | None, typer.Option(help="Scan rate [Hz]; default: the lidar's own.")] = None,
     noise: NoiseOption = 1.0,
     components: SetOption = None,
     poses: PosesOption = "odometry",
@@ -72,8 +72,11 @@ def simulate(
     height: Height = None,
     plan_resolution: PlanResolution = None,
 ) -> int:
-    """Drive robots through a world; leave their maps, their logs and the truth."""
-    place, warnings = open_place(world, seed, width, height, plan_resolution)
+    """Simulate robots in a world; write their maps, their logs and the truth.
+
+    Example: mapquilt simulate office --robots 3 --out runs/office
+    """
+    opened, warnings = open_world(world, seed, width, height, plan_resolution)
     warn(warnings)
     carried = lidar_at_rate(lidar, rate)
     mission, paths = parse_mission(
@@ -107,14 +110,14 @@ def simulate(
         seed=seed,
     )
     with mission_progress(mission.duration) as (on_progress, on_mapping):
-        made = simulate_run(out, place, mission, sample, seed, on_progress, paths, on_mapping)
+        made = simulate_run(out, opened, mission, sample, seed, on_progress, paths, on_mapping)
     print_table(
-        f"{out}: {count_of_maps(len(mission.robots))} of {place.name}, seed {seed}, "
+        f"{out}: {count_of_maps(len(mission.robots))} of {opened.name}, seed {seed}, "
         f"{mission.duration:g} s, noise {sample.sensing.noise:g}"
     )
     print_table(coverage_line(out))
     if mission.overlap is not None:
-        told = overlap_told(made, mission.overlap)
-        print_table(told.line)
-        warn(told.warnings)
+        reached = overlap_told(made, mission.overlap)
+        print_table(reached.line)
+        warn(reached.warnings)
     return ALL_MERGED

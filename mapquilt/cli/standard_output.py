@@ -1,4 +1,4 @@
-"""Standard output that says its name where it cannot be written."""
+"""Name standard output in errors of writing to it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class StandardOutput(io.TextIOWrapper):
 
 
 def named(stream: TextIO) -> TextIO:
-    """The same stream, whose errors name it; as it is where it is no file, or none at all."""
+    """Return the stream with errors that name it; unchanged if it is not a file."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     return StandardOutput(

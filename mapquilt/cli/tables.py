@@ -1,4 +1,4 @@
-"""Short tables for the terminal."""
+"""Print short tables on the terminal."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from mapping.map_set import MapSet, Unit
 from merge.records.result import MergeResult, PairResult
 
 PLAIN_WIDTH = 160
-"""Columns where the output is no terminal, so that rows do not break."""
+"""Columns if the output is not a terminal, so that rows do not break."""
 
 
 def print_table(table: Table | str) -> None:
-    """Print on standard output; colours only on a terminal. Names are printed as they are: brackets are no markup."""
+    """Print on standard output; in colour only on a terminal. Brackets in names are not markup."""
     width = None if Console().is_terminal else PLAIN_WIDTH
     console = Console(highlight=False, markup=False, emoji=False, width=width)
     console.print(table, soft_wrap=isinstance(table, str))

@@ -1,4 +1,4 @@
-"""``mapquilt worlds``: what can be explored, how it looks, and its file."""
+"""``mapquilt worlds``: list, draw and write worlds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rich.table import Table
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.seeds import Role, stream
-from mapquilt.cli.options.world import YAMLS, Height, PlanResolution, Width, WorldName, open_place
+from mapquilt.cli.options.world import YAMLS, Height, PlanResolution, Width, WorldName, open_world
 from mapquilt.cli.tables import print_table
 from mapquilt.json_file import check_record, to_text
 from mapquilt.viz.world_picture import sheet_picture, world_picture
@@ -30,7 +30,10 @@ Seed = Annotated[int, typer.Option(help="Seed of the world, as for `simulate`.")
 
 @worlds_app.command("list")
 def list_worlds() -> None:
-    """The families of worlds: name, usual size, what they are."""
+    """List the families of worlds with their default sizes.
+
+    Example: mapquilt worlds list
+    """
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("world")
     table.add_column("size [m]", justify="right")
@@ -50,12 +53,15 @@ def show(
     plan_resolution: PlanResolution = None,
     out: Annotated[Path | None, typer.Option(help="PNG to write; default: WORLD-SEED.png.")] = None,
 ) -> None:
-    """Draw a world with its dimensions and the robots' starts."""
-    place = _open(world, seed, width, height, plan_resolution)
-    starts = random_starts(stream(seed, Role.STARTS), place, robots) if robots else ()
-    path = Path(f"{place.name}-{seed}.png") if out is None else out
-    write_bytes_atomically(path, world_picture(place, starts, seed))
-    print_table(f"{path}: {place.name}, {place.size[0]:g} x {place.size[1]:g} m, {len(place.obstacles)} solids")
+    """Draw a world with its dimensions and the robots' starts.
+
+    Example: mapquilt worlds show warehouse --seed 3
+    """
+    opened = _open(world, seed, width, height, plan_resolution)
+    starts = random_starts(stream(seed, Role.STARTS), opened, robots) if robots else ()
+    path = Path(f"{opened.name}-{seed}.png") if out is None else out
+    write_bytes_atomically(path, world_picture(opened, starts, seed))
+    print_table(f"{path}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {len(opened.obstacles)} solids")
 
 
 @worlds_app.command()
@@ -67,16 +73,19 @@ def make(
     height: Height = None,
     plan_resolution: PlanResolution = None,
 ) -> None:
-    """Write a world as a file that `simulate` reads, and that can be edited."""
+    """Write a world to a file that can be edited and that `simulate` reads.
+
+    Example: mapquilt worlds make house --seed 5 --out house.json
+    """
     if out.suffix.lower() not in (".json", *YAMLS):
         raise ValueError(f"--out {out}: a world file ends in .json, .yaml or .yml")
-    place = _open(world, seed, width, height, plan_resolution)
-    record = world_to_json(place)
+    opened = _open(world, seed, width, height, plan_resolution)
+    record = world_to_json(opened)
     check_record(out, "world", record)
     is_yaml = out.suffix.lower() in YAMLS
     text = yaml.safe_dump(record, sort_keys=False, default_flow_style=None) if is_yaml else to_text(record)
     write_bytes_atomically(out, text.encode())
-    print_table(f"{out}: {place.name}, {place.size[0]:g} x {place.size[1]:g} m, {len(place.obstacles)} solids")
+    print_table(f"{out}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {len(opened.obstacles)} solids")
 
 
 @worlds_app.command()
@@ -84,13 +93,16 @@ def sheet(
     out: Annotated[Path, typer.Option("--out", help="PNG to write.")] = Path("worlds.png"),
     seed: Seed = 7,
 ) -> None:
-    """Draw one world of each family on one sheet."""
+    """Draw one world of each family on one sheet.
+
+    Example: mapquilt worlds sheet --out worlds.png
+    """
     write_bytes_atomically(out, sheet_picture(seed))
     print_table(f"{out}: {len(FAMILIES)} worlds, seed {seed}")
 
 
 def _open(world: str, seed: int, width: float | None, height: float | None, plan_resolution: float | None) -> World:
-    place, warnings = open_place(world, seed, width, height, plan_resolution)
+    opened, warnings = open_world(world, seed, width, height, plan_resolution)
     for warning in warnings:
         typer.echo(f"mapquilt: warning: {warning}", err=True)
-    return place
+    return opened

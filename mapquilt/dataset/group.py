@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
-from mapquilt.cli.options.world import open_place
+from mapquilt.cli.options.world import open_world
 from mapquilt.dataset.manifest import MISSIONS_FOLDER
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
@@ -64,7 +64,7 @@ def make_group(plan: MissionPlan) -> Group:
 
 def _simulate(plan: MissionPlan) -> Mission:
     spec = plan.missions
-    world = open_place(spec.world, plan.seed, spec.width, spec.height, spec.plan_resolution)[0]
+    world = open_world(spec.world, plan.seed, spec.width, spec.height, spec.plan_resolution)[0]
     return simulate(world, spec.settings(), plan.seed)[0]
 
 

@@ -1,4 +1,4 @@
-"""Missions that are simulated once and kept: a folder with one clean mission for each world, settings and seed."""
+"""Keep simulated missions in a folder, one for each world, settings and seed."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ SCHEMA = "mapquilt-mission-cache/1"
 MARK_FILE = "cache.json"
 HASHES_FILE = "hashes.json"
 ROOMS = ("mapping", "worlds", "sim")
-"""What a mission is made by: a mission of older code is another mission."""
+"""Packages whose code determines a mission; a change in them invalidates the cache."""
 
 
 @dataclass(frozen=True, eq=False)
 class CachedMission:
-    """A mission, whether it was ``found`` and not simulated now, and what was wrong with the entry that it replaces,
-    in one line; None where nothing was."""
+    """Hold a mission. ``found`` is True if it was in the cache; ``warning`` describes a damaged entry that
+    it replaces."""
 
     mission: Mission
     found: bool
@@ -42,11 +42,11 @@ class CachedMission:
 
 
 class MissionCache:
-    """A folder of missions, for any number of processes at once.
+    """Manage a folder of missions for any number of processes at once.
 
-    Whoever is first to want a mission simulates it while the others that want the same one wait. Entries appear whole;
-    one whose files are not as they were written is made again. Raises ``ValueError`` where the folder holds anything
-    that is no such cache, ``OSError`` where it cannot be written.
+    The first process that needs a mission simulates it, while others that need it wait. Entries appear complete;
+    damaged ones are simulated again. Raises ``ValueError`` if the folder is not such a cache, ``OSError`` if it cannot
+    be written.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -54,7 +54,7 @@ class MissionCache:
         _claim(folder)
 
     def mission(self, world: World, settings: MissionSettings, seed: int, clear_range: float = 0.0) -> CachedMission:
-        """The mission of ``simulate``, which raises as it does; replays are not kept."""
+        """Return the mission of ``simulate``, from the cache if possible; raises as ``simulate``."""
         key = mission_key(world, settings, seed, clear_range)
         entry = self.folder / f"{re.sub('[^A-Za-z0-9_]', '_', world.name)[:60]}-{seed}-{key[:16]}"
         with FileLock(self.folder / f".{entry.name}.lock"):
@@ -70,7 +70,7 @@ class MissionCache:
 
 
 def mission_key(world: World, settings: MissionSettings, seed: int, clear_range: float = 0.0) -> str:
-    """A SHA-256 of all that a mission depends on; ``clear_range`` counts where the mission is cut to an overlap."""
+    """Hash all inputs of a mission (SHA-256); ``clear_range`` counts only if the mission is cut to an overlap."""
     record = {
         "world": world_to_json(world),
         "settings": dataclasses.asdict(settings),
@@ -133,6 +133,6 @@ def _hashes(entry: Path) -> dict[str, str]:
 
 
 def _clear_leftovers(entry: Path) -> None:
-    """What a killed process left aside; the lock is held, so nobody is writing it."""
+    """Delete the partial files of a killed process. The caller holds the lock."""
     for path in entry.parent.glob(f".{entry.name}.*.*"):
         shutil.rmtree(path)

@@ -1,4 +1,4 @@
-"""Progress on standard error; silent when that is no terminal."""
+"""Show progress on standard error, if it is a terminal."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ def _bar(*columns: str) -> Progress:
 
 @contextmanager
 def mission_progress(duration: float) -> Iterator[tuple[Callable[[float], None], Callable[[int, int], None]]]:
-    """A bar of simulated seconds with the real-time factor, and below it, once they begin, one of the steps of mapping;
-    the block calls the first function with the time done [s], the second with the steps done, of how many."""
+    """Show the simulated time with its real-time factor, and below it the steps of mapping.
+
+    Yields two functions: the first takes the simulated time [s], the second the steps done and their total.
+    """
     with _bar("{task.description}", "{task.completed:.0f}/{task.total:.0f}", "{task.fields[note]}") as bar:
         driving = bar.add_task("simulating", total=duration, note="s")
         mapping = bar.add_task("mapping", total=1.0, note="steps", start=False, visible=False)
@@ -37,7 +39,8 @@ def mission_progress(duration: float) -> Iterator[tuple[Callable[[float], None],
 
 @contextmanager
 def dataset_progress(samples: int) -> Iterator[Callable[[int, int], None]]:
-    """A bar of samples with failures, rate and time left; the block calls the function with samples done and failed."""
+    """Show the samples with failures, rate and time left. Yields a function of the numbers of samples done
+    and failed."""
     columns = (
         "samples",
         "{task.completed:.0f}/{task.total:.0f}",
@@ -60,7 +63,7 @@ def dataset_progress(samples: int) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def count_progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar of things done; the block calls the function with how many are done, of how many."""
+    """Show a count. Yields a function of the number done and the total."""
     with _bar(what, "{task.completed:.0f}/{task.total:.0f}") as bar:
         task = bar.add_task("", total=1.0)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -10,7 +10,7 @@ from pathlib import Path
 from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
-from mapquilt.cli.options.world import open_place
+from mapquilt.cli.options.world import open_world
 from mapquilt.jobs.mission_cache import MissionCache
 from mapquilt.settings import ExperimentConfig
 from sim.mission.mission import Mission, simulate
@@ -28,7 +28,7 @@ def largest_mission(world: str, seed: int, setups: Sequence[ExperimentConfig], c
     first = setups[0]
     robots, duration = max(setup.mission.robots for setup in setups), max(setup.mission.duration for setup in setups)
     settings = replace(first.mission, robots=robots, duration=duration, overlap=None, beams=None).mission()
-    place, _ = open_place(first.world.family or world, seed, first.world.width, first.world.height)
+    place, _ = open_world(first.world.family or world, seed, first.world.width, first.world.height)
     if cache is None:
         return simulate(place, settings, seed)[0]
     kept = MissionCache(cache).mission(place, settings, seed)

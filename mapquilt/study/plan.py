@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.seeds import Role, check_seed, derived_seed
-from mapquilt.cli.options.world import open_place
+from mapquilt.cli.options.world import open_world
 from mapquilt.settings import ExperimentConfig
 from mapquilt.study.variables import SWEEPS, Variable, parse_assignment
 from merge.settings import MergeSettings
@@ -131,7 +131,7 @@ def plan_study(
         for name in (worlds if setup.world.family is None else (setup.world.family,))
     }
     for name, width, height in sorted(places, key=str):
-        open_place(name, 0, width, height)
+        open_world(name, 0, width, height)
     for method in methods:
         start.merge_by(method.name, method.as_published)
     given = tuple((found.name, value) for found, value in (parse_assignment("--set", text) for text in fixed))

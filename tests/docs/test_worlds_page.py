@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mapquilt.cli.options.world import open_place
+from mapquilt.cli.options.world import open_world
 from worlds.families.registry import FAMILIES, make_world
 from worlds.floor import require_drivable
 
@@ -36,6 +36,6 @@ def test_the_example_is_a_world(tmp_path: Path) -> None:
     section = PAGE.partition("## World files")[2].partition("\n## ")[0]
     (example,) = re.findall(r"(?:^    .*\n)+", section, flags=re.MULTILINE)
     (tmp_path / "own.yaml").write_text(re.sub(r"^    ", "", example, flags=re.MULTILINE), encoding="utf-8")
-    world, warnings = open_place(str(tmp_path / "own.yaml"), seed=0)
+    world, warnings = open_world(str(tmp_path / "own.yaml"), seed=0)
     assert (world.name, world.size, len(world.obstacles), warnings) == ("own", (8.0, 5.0), 7, ())
     assert np.allclose((world.starts[0].x, world.starts[0].y, world.starts[0].yaw), (2.0, 1.5, 1.57))

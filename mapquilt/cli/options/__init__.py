@@ -1,1 +1,1 @@
-"""Options that several verbs share, and what they parse to."""
+"""Options that several verbs share, and their parsers."""

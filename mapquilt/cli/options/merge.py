@@ -1,4 +1,4 @@
-"""What the command line says of a merge beyond the method."""
+"""Define the options of a merge."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from merge.fusion import FUSIONS
 from merge.records.prior import SIGMA, Prior
 
 SERIAL_MAPS = 6
-"""Up to so many maps, starting workers takes longer than they save."""
+"""Up to this many maps, starting workers takes longer than it saves."""
 
 PRELOADED = ("merge.multimap.pair_selection",)
-"""What workers are asked to do, and all that it needs."""
+"""Modules that workers need."""
 
 ReferenceOption = Annotated[
     str | None,
     typer.Option("--reference", metavar="NAME", help="Map whose frame the answer is in; default: the largest."),
 ]
-FusionOption = Annotated[str, typer.Option(help=f"How cells that several maps know are joined: {', '.join(FUSIONS)}.")]
+FusionOption = Annotated[str, typer.Option(help=f"Rule for cells that several maps observed: {', '.join(FUSIONS)}.")]
 PriorOption = Annotated[
     list[str] | None,
     typer.Option(
         "--prior",
         metavar="NAME:X,Y,YAW[,SIGMA]",
-        help="Where a map's frame roughly lies [m, rad] in a frame that all priors share, or, of one alone, in that of "
-        f"--reference; and how far off it may be [m, default {SIGMA:g}]. Repeatable.",
+        help="Approximate pose of a map's frame [m, rad] in a frame common to all priors, or, if alone, in that of "
+        f"--reference; SIGMA is its uncertainty [m, default {SIGMA:g}]. Repeatable.",
     ),
 ]
 
 
 def parse_priors(texts: Sequence[str]) -> tuple[Prior, ...]:
-    """The priors that the options say. Raises ``ValueError`` naming the option that says none."""
+    """Parse the ``--prior`` options. Raises ``ValueError`` with the option that is malformed."""
     return tuple(_parse_prior(text) for text in texts)
 
 

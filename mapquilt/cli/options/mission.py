@@ -1,4 +1,4 @@
-"""What the command line says of the robots and of what they do."""
+"""Define the options of the robots and their mission."""
 
 from __future__ import annotations
 
@@ -23,18 +23,19 @@ from sim.physics.drive import Drive, DriveLimits
 from sim.sensors.lidar import Lidar
 
 StartOption = Annotated[
-    list[str] | None, typer.Option("--start", metavar="X,Y[,YAW]", help="A robot's start [m, rad]. Repeatable.")
+    list[str] | None, typer.Option("--start", metavar="X,Y[,YAW]", help="Start pose of a robot [m, rad]. Repeatable.")
 ]
 GoalOption = Annotated[
-    list[str] | None, typer.Option("--goal", metavar="X,Y", help="A goal of the tour [m]. Repeatable.")
+    list[str] | None, typer.Option("--goal", metavar="X,Y", help="Goal of the patrol [m]. Repeatable.")
 ]
 ReplayOption = Annotated[
     list[Path] | None,
-    typer.Option("--replay", metavar="FILE", help="A robot's poses in the world, as TUM text. Repeatable."),
+    typer.Option("--replay", metavar="FILE", help="TUM file with the poses of a robot in the world. Repeatable."),
 ]
-RobotsFile = Annotated[Path | None, typer.Option(help="YAML file of robots that differ.")]
+RobotsFile = Annotated[Path | None, typer.Option(help="YAML file with the settings of each robot.")]
 OverlapOption = Annotated[
-    str | None, typer.Option(metavar="LO:HI", help="Cut the mission so that any two maps truly overlap by this share.")
+    str | None,
+    typer.Option(metavar="LO:HI", help="Cut the mission so that any two maps have this true overlap, 0 to 1."),
 ]
 
 ROBOTS = 3
@@ -43,7 +44,7 @@ DURATION = 120.0
 
 @dataclass(frozen=True)
 class MissionOptions:
-    """Options as they were given; None or empty where one was not."""
+    """Hold the options as given; None or empty for options that were not given."""
 
     robots: int | None
     duration: float | None
@@ -61,11 +62,11 @@ class MissionOptions:
 
 
 def parse_mission(options: MissionOptions) -> tuple[MissionSettings, tuple[Trajectory, ...]]:
-    """The mission asked for, and the trajectories to replay.
+    """Return the mission settings, and the trajectories to replay.
 
-    Where it is not said, there are as many robots as starts, robots of a file or trajectories, or three, and the
-    mission lasts as long as the longest trajectory, or 120 s; goals and trajectories name their policy by themselves.
-    Raises ``ValueError`` naming the option and its value.
+    The number of robots defaults to the number of starts, robots in the file or trajectories, or three. The duration
+    defaults to that of the longest trajectory, or 120 s. Goals and trajectories select their policy. Raises
+    ``ValueError`` with the option and its value.
     """
     replay = tuple(load_tum(path) for path in options.replay)
     longest = max((float(path.stamps[-1] - path.stamps[0]) for path in replay), default=DURATION)
@@ -118,7 +119,7 @@ def _goal(text: str) -> tuple[float, float]:
 def _range(text: str) -> tuple[float, float]:
     numbers = _numbers(text, ":")
     if len(numbers) != 2:
-        raise ValueError(f"--overlap {text}: must be LO:HI, shares such as 0.3:0.5")
+        raise ValueError(f"--overlap {text}: must be LO:HI, such as 0.3:0.5")
     return numbers[0], numbers[1]
 
 

@@ -1,4 +1,4 @@
-"""A team whose robots differ, from a YAML file."""
+"""Read a team of different robots from a YAML file."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ FIELDS = ("start", "lidar", "rate", "speed", "turn_rate", "acceleration", "turn_
 
 
 def load_robots(path: Path, usual: RobotSettings) -> tuple[RobotSettings, ...]:
-    """The robots of a file ``robots: [{start: [x, y, yaw], lidar: lds01, rate: 5, speed: 0.4, ...}, ...]``; what one
-    does not say is as ``usual``.
+    """Read ``robots: [{start: [x, y, yaw], lidar: lds01, rate: 5, speed: 0.4, ...}, ...]``; missing fields are as in
+    ``usual``.
 
-    Raises ``ValueError`` naming file, robot, field and value; ``OSError`` where the file cannot be read.
+    Raises ``ValueError`` with file, robot, field and value; ``OSError`` if the file cannot be read.
     """
     record = read_yaml(path)
     entries = record.get("robots") if isinstance(record, dict) else None
@@ -32,7 +32,7 @@ def _robot(entry: Any, usual: RobotSettings, place: str) -> RobotSettings:
     if entry is None:
         return usual
     if not isinstance(entry, dict) or not set(entry) <= set(FIELDS):
-        raise ValueError(f"{place} is {entry!r}, may say: {', '.join(FIELDS)}")
+        raise ValueError(f"{place} is {entry!r}, allowed fields: {', '.join(FIELDS)}")
     try:
         robot = usual
         if "lidar" in entry or "rate" in entry:

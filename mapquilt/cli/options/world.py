@@ -1,4 +1,4 @@
-"""The place that a command names: a family of worlds, a world file, or a floor plan."""
+"""Open the world that a command names: a family, a world file, or a floor plan."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ WorldName = Annotated[
 ]
 Width = Annotated[float | None, typer.Option(help="Width of a family's world [m].")]
 Height = Annotated[float | None, typer.Option(help="Height of a family's world [m].")]
-PlanResolution = Annotated[float | None, typer.Option(help="Metres a pixel of a floor plan that is a picture.")]
+PlanResolution = Annotated[float | None, typer.Option(help="Resolution of a floor plan picture [m/pixel].")]
 
 PICTURES, YAMLS = (".png", ".pgm"), (".yaml", ".yml")
 
 
-def open_place(
+def open_world(
     name: str,
     seed: int,
     width: float | None = None,
     height: float | None = None,
     plan_resolution: float | None = None,
 ) -> tuple[World, tuple[str, ...]]:
-    """The world of that name, fit to be explored, and what was odd about its file, one line each.
+    """Open a world and check that robots can explore it. Returns the world and warnings about its file.
 
-    ``width`` and ``height`` [m] size a family; ``plan_resolution`` [m a pixel] a plan that is a bare picture. A world
-    from a file is the same for every seed. Raises ``ValueError`` or ``OSError`` naming what is wrong.
+    ``width`` and ``height`` [m] are for families, ``plan_resolution`` [m/pixel] for pictures of floor plans. A world
+    from a file does not depend on ``seed``. Raises ``ValueError`` or ``OSError`` with the name and the fault.
     """
     if not name:
         raise ValueError("the name of the world is empty; `mapquilt worlds list` lists the families")
     path = Path(name)
     is_file = name not in FAMILIES and (path.suffix.lower() in (".json", *PICTURES, *YAMLS) or path.exists())
     if is_file and not (width is None and height is None):
-        raise ValueError(f"--width and --height are for families; {name} has its own size")
+        raise ValueError(f"--width and --height: apply to families only; {name} has its own size")
     if plan_resolution is not None and path.suffix.lower() not in PICTURES:
-        raise ValueError(f"--plan-resolution is for a plan that is a picture; {name} is none")
+        raise ValueError(f"--plan-resolution: applies to pictures only, not to {name}")
     if is_file:
         world, warnings = _read(path, plan_resolution)
         try:

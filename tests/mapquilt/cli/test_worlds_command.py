@@ -13,7 +13,7 @@ import yaml
 from PIL import Image
 
 from mapquilt.cli.app import run
-from mapquilt.cli.options.world import open_place
+from mapquilt.cli.options.world import open_world
 from worlds.families.registry import FAMILIES, make_world
 from worlds.world_file import world_from_json
 
@@ -54,7 +54,7 @@ def test_a_world_that_was_made_is_the_world_bit_for_bit(tmp_path: Path, ending: 
     path = tmp_path / f"maze.{ending}"
     assert run(["worlds", "make", "maze", "--seed", "4", "--width", "14", "--out", str(path)]) == 0
     made = make_world("maze", 4, width=14.0)
-    assert open_place(str(path), seed=0) == (made, ())
+    assert open_world(str(path), seed=0) == (made, ())
     text = path.read_text(encoding="utf-8")
     assert world_from_json(json.loads(text) if ending == "json" else yaml.safe_load(text)) == made
 
@@ -108,7 +108,7 @@ def test_the_truth_of_a_run_is_a_map_that_can_be_explored(tmp_path: Path) -> Non
     hall = save(tmp_path / "hall.json", HALL)
     out = tmp_path / "run"
     assert run(["simulate", str(hall), "--robots", "1", "--duration", "1", "--out", str(out)]) == 0
-    assert open_place(str(out / "truth/world.yaml"), 0)[0].size == (8.0, 5.0)
+    assert open_world(str(out / "truth/world.yaml"), 0)[0].size == (8.0, 5.0)
 
 
 @pytest.mark.parametrize(
@@ -167,7 +167,9 @@ def test_plans_are_refused_with_what_is_wrong(tmp_path: Path, capsys: pytest.Cap
     assert "width is 3200 m" in refusal(capsys, "simulate", white, "--plan-resolution", "100", *out)
     assert "resolution is -1" in refusal(capsys, "simulate", white, "--plan-resolution=-1", *out)
     assert "no free floor" in refusal(capsys, "simulate", white, "--plan-resolution", "0.01", *out)
-    assert "--plan-resolution is for" in refusal(capsys, "simulate", "maze", "--plan-resolution", "0.1", *out)
+    assert "applies to pictures only" in refusal(capsys, "simulate", "maze", "--plan-resolution", "0.1", *out)
+        capsys, "simulate", "maze", "--plan-resolution", "0.1", *out
+    )
     assert "--width and --height" in refusal(capsys, "simulate", white, "--width", "5", *out)
 
 

@@ -245,7 +245,7 @@ def test_a_log_alone_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pat
         (("source.yaml", "out.pgm", "--mode", "grey"), "--mode"),
         (("source.yaml", "out.pgm", "--unknown", "256"), "--unknown"),
         (("source.yaml", "out.pgm", "--to", "pdf"), "--to"),
-        (("run", "", "--to", "tum"), "names nothing"),
+        (("run", "", "--to", "tum"), "the name is empty"),
         (("run", "out.yaml"), "run: a run has several maps; name one of them"),
         (("run", "out.tum"), "out.tum: a run becomes a folder; name one without .tum"),
         (("run", "out.mcap"), "out.mcap: a run becomes a folder; name one without .mcap"),

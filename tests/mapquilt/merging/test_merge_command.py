@@ -100,7 +100,7 @@ def test_what_cannot_be_added_to_is_told(capsys, tmp_path: Path, maps_of_three: 
     (tmp_path / "empty").mkdir()
     line = refused(capsys, "merge", tmp_path / "empty", "--add", maps_of_three[0])
     assert f"{tmp_path / 'empty'}: holds no merge to add to" in line
-    assert "needs one folder" in refused(capsys, "merge", *maps_of_three[:2], "--add", maps_of_three[2])
+    assert "must follow one folder" in refused(capsys, "merge", *maps_of_three[:2], "--add", maps_of_three[2])
 
 
 @pytest.mark.parametrize(
