@@ -168,8 +168,6 @@ def test_plans_are_refused_with_what_is_wrong(tmp_path: Path, capsys: pytest.Cap
     assert "resolution is -1" in refusal(capsys, "simulate", white, "--plan-resolution=-1", *out)
     assert "no free floor" in refusal(capsys, "simulate", white, "--plan-resolution", "0.01", *out)
     assert "applies to pictures only" in refusal(capsys, "simulate", "maze", "--plan-resolution", "0.1", *out)
-        capsys, "simulate", "maze", "--plan-resolution", "0.1", *out
-    )
     assert "--width and --height" in refusal(capsys, "simulate", white, "--width", "5", *out)
 
 
