@@ -33,7 +33,7 @@ from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName,
 from mapquilt.cli.tables import count_of_maps, print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
-from mapquilt.runs.overlap_report import overlap_told
+from mapquilt.runs.sample import Sample
 from mapquilt.runs.stages import simulate_run
 from mapquilt.settings import lidar_at_rate
 from sim.mission.settings import PolicyName
@@ -117,7 +117,23 @@ def simulate(
     )
     print_table(coverage_line(out))
     if mission.overlap is not None:
-        reached = overlap_told(made, mission.overlap)
-        print_table(reached.line)
-        warn(reached.warnings)
+        _report_overlaps(made, mission.overlap)
     return ALL_MERGED
+
+
+def _report_overlaps(sample: Sample, requested: tuple[float, float]) -> None:
+    """Print the range of true overlaps, and a warning for each pair outside the requested range."""
+    low, high = requested
+    overlaps = sample.true_overlaps()
+    seconds = [place.truth.trajectory.stamps[-1] for place in sample.places.maps]
+    print_table(
+        f"true overlap {min(overlaps.values()):.3f} to {max(overlaps.values()):.3f}, requested {low:g} to {high:g}; "
+        f"missions cut to {', '.join(f'{end:.0f}' for end in seconds)} s"
+    )
+    warn(
+        tuple(
+            f"overlap {low:g}:{high:g} was not reached: {a} and {b} overlap by {overlap:.3f}, the nearest found"
+            for (a, b), overlap in overlaps.items()
+            if not low <= overlap <= high
+        )
+    )

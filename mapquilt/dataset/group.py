@@ -17,8 +17,7 @@ from mapquilt.dataset.preview import preview_png
 from mapquilt.json_file import read_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.sample import Sample, make_sample
-from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
+from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, true_footprints
 from mapquilt.runs.writer import fill_run
 from sim.mission.file import save_mission
 from sim.mission.mission import Mission, simulate
@@ -56,7 +55,7 @@ def make_group(plan: MissionPlan) -> Group:
         failed = Made({}, None, f"mission {plan.name}: {error}")
         return Group(failed, {sample.index: failed for sample in plan.samples})
     settings = [sample.settings for sample in plan.samples]
-    seen = SeenSlices(mission, {one.parts for one in settings}, settings[0].mapping.clear_range)
+    seen = ObservedSlices(mission, {one.parts for one in settings}, settings[0].mapping.clear_range)
     places: dict[int, TrueFootprints] = {}
     samples = {sample.index: _make_sample(plan, sample, mission, seen, places) for sample in plan.samples}
     return Group(_made_mission(plan, mission), samples)
@@ -86,7 +85,7 @@ def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
 
 
 def _make_sample(
-    plan: MissionPlan, sample: SamplePlan, mission: Mission, seen: SeenSlices, places: dict[int, TrueFootprints]
+    plan: MissionPlan, sample: SamplePlan, mission: Mission, seen: ObservedSlices, places: dict[int, TrueFootprints]
 ) -> Made:
     settings = sample.settings
     try:

@@ -18,6 +18,7 @@ from mapquilt.dataset.manifest import (
     MISSIONS_FOLDER,
     SAMPLES_FOLDER,
     SCHEMA,
+    SPEC_FILE,
     Manifest,
     Record,
     read_manifest,
@@ -29,7 +30,6 @@ from mapquilt.dataset.spec import DatasetSpec
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 
-SPEC_FILE = "spec.json"
 FAILURES_FILE = "failures.jsonl"
 
 

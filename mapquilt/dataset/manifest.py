@@ -12,6 +12,7 @@ from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import json_value
 
 MANIFEST_FILE = "manifest.jsonl"
+SPEC_FILE = "spec.json"
 MISSIONS_FOLDER = "missions"
 SAMPLES_FOLDER = "samples"
 SCHEMA = "mapquilt-manifest/1"

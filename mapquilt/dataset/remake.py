@@ -8,8 +8,7 @@ from pathlib import Path
 
 from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapquilt.dataset.group import Made, make_group
-from mapquilt.dataset.make import SPEC_FILE
-from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, read_manifest
+from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, SPEC_FILE, read_manifest
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
 from mapquilt.dataset.spec import load_spec
 

@@ -11,8 +11,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
 from mapquilt.runs import folder as run_folder
-from mapquilt.runs.seen_slices import part_bounds
-from mapquilt.runs.true_footprints import map_names
+from mapquilt.runs.true_footprints import map_names, part_bounds
 from sim.mission.file import load_mission
 from sim.mission.mission import Mission
 

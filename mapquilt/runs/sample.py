@@ -20,8 +20,7 @@ from mapping.ground_truth.truth import (
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapping.slam.front_end import FRONT_ENDS, TRUE_POSES
-from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueFootprints, TrueMap, true_footprints
+from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, TrueMap, true_footprints
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from mapquilt.settings import SampleSettings
 from sim.mission.mission import Mission
@@ -36,6 +35,11 @@ class Sample:
     logs: tuple[RobotLog, ...]
     truth: RunTruth
     places: TrueFootprints
+
+    def true_overlaps(self) -> dict[tuple[str, str], float]:
+        """Return the true overlap of each pair of maps of different robots, by their names."""
+        robot = {place.name: place.robot for place in self.places.maps}
+        return {pair: each.overlap for pair, each in self.places.pairs.items() if robot[pair[0]] != robot[pair[1]]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +69,7 @@ def make_sample(
     each of ``sample_steps``. Raises ``ValueError`` where a robot saw nothing to map.
     """
     if places is None:
-        seen = SeenSlices(mission, (settings.parts,), settings.mapping.clear_range)
+        seen = ObservedSlices(mission, (settings.parts,), settings.mapping.clear_range)
         places = true_footprints(mission, settings.parts, seen, on_step)
     sensed = [
         sense(truth, settings.sensing.noise_of(lidar), settings.seed, index)

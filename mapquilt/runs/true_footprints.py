@@ -3,21 +3,63 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth.coarse_footprint import CoarseFootprint
-from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint
+from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint, observed
 from mapping.ground_truth.truth import PairOverlap
 from mapping.io.map_file import map_files
 from mapping.robot.robot_log import RobotTruth
-from mapquilt.runs.seen_slices import SeenSlices, part_bounds
 from mapquilt.settings import check_parts
 from sim.mission.mission import Mission
 from worlds.raster import true_raster
+
+
+def part_bounds(scans: int, part: int, parts: int) -> tuple[int, int]:
+    """Return the first scan of a part and the first after it, if a robot's scans are cut into ``parts`` equal parts."""
+    return scans * part // parts, scans * (part + 1) // parts
+
+
+class ObservedSlices:
+    """Find the cells that robots observed in parts of their time, looking at no scan twice.
+
+    ``cuts`` are the numbers of equal parts that each robot's time will be cut into; ``clear_range`` [m] is the range
+    that beams without a return clear.
+    """
+
+    def __init__(self, mission: Mission, cuts: Iterable[int], clear_range: float = 0.0) -> None:
+        self.clear_range = clear_range
+        self._robots = mission.robots
+        self._cuts = tuple(cuts)
+        self._slices: dict[tuple[int, int, int], NDArray[np.bool_]] = {}
+
+    def seen(self, robot: int, start: int, stop: int, world: GridFrame) -> NDArray[np.bool_]:
+        """Mark the cells (rows, cols) of the world's raster that a robot observed from scan ``start`` to ``stop - 1``.
+
+        Its time must be cut at both.
+        """
+        scans = len(self._robots[robot].scans)
+        bounds = {bound for parts in self._cuts for part in range(parts) for bound in part_bounds(scans, part, parts)}
+        within = sorted(bound for bound in bounds if start <= bound <= stop)
+        seen = np.zeros(world.shape, np.bool_)
+        for first, last in pairwise(within):
+            seen |= self._slice(robot, first, last, world)
+        return seen
+
+    def _slice(self, robot: int, start: int, stop: int, world: GridFrame) -> NDArray[np.bool_]:
+        key = (robot, start, stop)
+        if key not in self._slices:
+            self._slices[key] = observed(self._robots[robot].part(start, stop), world, self.clear_range)
+        return self._slices[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +107,7 @@ def map_names(robots: int, parts: int) -> tuple[str, ...]:
 
 
 def true_footprints(
-    mission: Mission, parts: int = 1, seen: SeenSlices | None = None, on_step: Callable[[], None] = lambda: None
+    mission: Mission, parts: int = 1, seen: ObservedSlices | None = None, on_step: Callable[[], None] = lambda: None
 ) -> TrueFootprints:
     """Cut each robot's mission into parts of equal time, and find the footprint of each part.
 
@@ -73,7 +115,7 @@ def true_footprints(
     after each map and each pair. Raises ``ValueError`` if the mission has fewer scans than parts.
     """
     check_parts(parts)
-    seen = seen or SeenSlices(mission, (parts,))
+    seen = seen or ObservedSlices(mission, (parts,))
     world = true_raster(mission.world, TRUE_RESOLUTION)
     places = itertools.product(range(len(mission.robots)), range(parts))
     names = map_names(len(mission.robots), parts)
@@ -90,7 +132,7 @@ def true_footprints(
 
 
 def _true_map(
-    name: str, world: OccupancyGrid, robot: int, truth: RobotTruth, cut_at: tuple[int, int], seen: SeenSlices
+    name: str, world: OccupancyGrid, robot: int, truth: RobotTruth, cut_at: tuple[int, int], seen: ObservedSlices
 ) -> TrueMap:
     (part, parts), scans = cut_at, len(truth.scans)
     if scans < parts:

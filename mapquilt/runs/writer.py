@@ -11,7 +11,6 @@ from mapping.io.map_file import save_map
 from mapping.io.robot_log_file import save_robot_log
 from mapquilt.json_file import write_record
 from mapquilt.runs import folder as run_folder
-from mapquilt.runs.overlap_report import true_overlaps
 from mapquilt.runs.sample import Sample, lidar_names
 from mapquilt.runs.truth_file import save_truth
 from mapquilt.settings import SampleSettings
@@ -66,7 +65,7 @@ def _run_record(mission: Mission, settings: SampleSettings, sample: Sample, miss
 
 
 def _overlap_record(mission: Mission, sample: Sample) -> dict[str, Any]:
-    overlaps = true_overlaps(sample).values()
+    overlaps = sample.true_overlaps().values()
     wanted = mission.settings.overlap
     return {
         "wanted": None if wanted is None else list(wanted),

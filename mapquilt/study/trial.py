@@ -12,8 +12,7 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair, PairInfo
 from mapquilt.evaluation.run_score import evaluate_run_pair, score_merged_map
 from mapquilt.jobs.timing import one_thread, warm_up
 from mapquilt.runs.sample import Sample, make_sample
-from mapquilt.runs.seen_slices import SeenSlices
-from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
+from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, true_footprints
 from mapquilt.settings import ExperimentConfig
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask
@@ -51,7 +50,7 @@ def _run(task: MissionTask, trials: MissionTrials) -> None:
                 missions[drive] = largest_mission(task.world, task.seed, by_drive[drive], task.cache)
             if place not in places:
                 cut = cut_mission(missions[drive], setup)
-                seen = SeenSlices(cut, (setup.parts,), setup.mapping.clear_range)
+                seen = ObservedSlices(cut, (setup.parts,), setup.mapping.clear_range)
                 places[place] = cut, true_footprints(cut, setup.parts, seen)
             if maps not in samples:
                 samples = {maps: make_sample(places[place][0], setup.sample(task.sample_seed), places[place][1])}

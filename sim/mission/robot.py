@@ -9,6 +9,9 @@ from mapping.geometry.se2 import SE2
 from sim.physics.drive import DriveLimits
 from sim.sensors.lidar import Lidar
 
+MAX_ROBOTS = 29
+"""Most robots in one scene: each needs its own bit in a signed 32-bit mask, besides the bit of the walls."""
+
 
 @dataclass(frozen=True)
 class RobotSettings:

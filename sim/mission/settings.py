@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from sim.mission.robot import RobotSettings
+from sim.mission.robot import MAX_ROBOTS, RobotSettings
 from sim.mission.starts import STARTS, Starts
-from sim.physics.bullet import MAX_ROBOTS
 from sim.physics.drive import DRIVES, Drive
 
 PolicyName = Literal["explore", "patrol", "replay"]

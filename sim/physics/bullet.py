@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import RobotSettings
+from sim.mission.robot import MAX_ROBOTS, RobotSettings
 from sim.physics.bodies import BODIES, RAY_HEIGHT, Command, VelocityBody
 from sim.physics.drive import Drive
 from sim.sensors.lidar import Lidar
@@ -22,8 +22,6 @@ from worlds.world import World
 
 MAX_RAYS = 4095
 """Most rays in one call. Above its limit (4096 on macOS, 16384 elsewhere) PyBullet drops rays without an error."""
-MAX_ROBOTS = 29
-"""Most robots in one scene: each needs its own bit in a signed 32-bit mask, besides the bit of the walls."""
 
 SHORT_REACH = 4.0
 """Length [m] of the first, cheap cast. The cost of a ray grows with its length, so only beams that hit nothing within

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import RobotSettings
-from sim.physics.bullet import MAX_RAYS, MAX_ROBOTS, BulletScene
+from sim.mission.robot import MAX_ROBOTS, RobotSettings
+from sim.physics.bullet import MAX_RAYS, BulletScene
 from sim.physics.drive import DriveLimits
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mapping.ground_truth.footprint import observed
-from mapquilt.runs.seen_slices import SeenSlices, part_bounds
+from mapquilt.runs.true_footprints import ObservedSlices, part_bounds
 from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
@@ -19,7 +19,7 @@ def mission():
 @pytest.mark.parametrize("cuts", [(2,), (3, 2, 1), (1, 7)])
 def test_each_part_saw_what_its_scans_see(mission, cuts):
     frame = true_raster(mission.world).frame
-    seen = SeenSlices(mission, cuts)
+    seen = ObservedSlices(mission, cuts)
     for parts in cuts:
         for robot, truth in enumerate(mission.robots):
             for part in range(parts):
