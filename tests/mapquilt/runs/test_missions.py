@@ -57,7 +57,7 @@ def test_the_overlap_reached_is_recorded_and_told(tmp_path: Path, capsys: pytest
     assert run["overlap"]["wanted"] == [0.6, 0.9]  # type: ignore[index]
     assert run["overlap"]["reached"] == [pair.footprints.overlap] * 2  # type: ignore[index]
     assert 0.6 <= pair.footprints.overlap <= 0.9
-    assert "wanted 0.6 to 0.9" in told.out
+    assert "requested 0.6 to 0.9" in told.out
     assert told.err == ""
 
 
