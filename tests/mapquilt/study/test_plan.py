@@ -36,7 +36,7 @@ def test_two_settings_make_every_combination_and_share_all_seeds():
         (("noise=0,1", "noise=0,2"), (), "--vary sensing.noise: is named twice"),
         (("noise=0,40",), (), "--vary sensing.noise=40: noise is 40.0, must lie between 0 and 20"),
         (("noise=0,much",), (), "--vary sensing.noise=much: 'much' is no number"),
-        (("lidar.dropout=0,2",), (), "--vary sensing.lidar.dropout=2: .*a probability is at most 1"),
+        (("lidar.dropout=0,2",), (), "--vary sensing.lidar.dropout=2: .*probability of at most 1"),
         (("beams=100,360",), (), "--vary mission.beams=100: beams is 100, must divide the 360"),
         (("robots=1,2",), (), "--vary robots is 1, must be at least 2"),
         (("poses=odometry,guess",), (), "--vary mapping.poses=guess: poses is 'guess'"),
