@@ -37,7 +37,7 @@ class Criterion:
 
 RIGHT = Criterion(rotation_deg=2.0, scale_percent=3.0, displacement_of_diagonal=0.015)
 """The criterion of mapquilt: walls of 0.1 m in a map of 20 m then still touch. The merger's confidence uses the same
-tolerance of rotation and scale (``merge/records/uncertainty.py``); a test compares the two."""
+tolerance of rotation and scale (``merge/records/pair_answer.py``); a test compares the two."""
 
 RIGHT_PLACE = Criterion(rotation_deg=7.0, scale_percent=8.0, displacement_of_diagonal=0.05)
 """The right place, however imprecise."""

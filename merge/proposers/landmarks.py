@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity_fit import fit_similarity
@@ -82,6 +81,8 @@ class Landmarks:
     def _refit(
         self, there: Marks, here: Marks, turn: complex, shift: complex, near: float, scale: ScaleRange
     ) -> Proposal | None:
+        from scipy.spatial import cKDTree  # here: loading it takes a tenth of a merge, and few pairs come this far
+
         moved = turn * (here[:, 0] + 1j * here[:, 1]) + shift
         found = cKDTree(there[:, :2]).query(np.stack((moved.real, moved.imag), axis=-1))
         distance, index = np.asarray(found[0], np.float64), np.asarray(found[1], np.intp)

@@ -56,7 +56,7 @@ def changed_text(name: str) -> str:
 DEFAULTS = ExperimentConfig()
 
 
-@pytest.mark.parametrize("name", leaf_names(DEFAULTS))
+@pytest.mark.parametrize("name", list(leaf_names(DEFAULTS)))
 def test_each_leaf_is_parsed_and_changes_nothing_else(name: str) -> None:
     start = with_leaf(DEFAULTS, "method", "orb") if name == "merge.as_published" else DEFAULTS
     config = with_leaf(start, name, changed_text(name))

@@ -50,6 +50,7 @@ def pair():
     return grids, answer(*grids)
 
 
+@pytest.mark.slow
 @DRAWS
 @example(move=Similarity2(0.0, 0.0, math.pi / 2.0))
 @given(move=moves)
@@ -59,6 +60,7 @@ def test_moving_the_source_moves_the_answer(pair, move):
     assert off_cells(answer(target, moved), before @ move, moved) < 1.0
 
 
+@pytest.mark.slow
 @DRAWS
 @given(move=moves)
 def test_moving_the_target_moves_the_answer_the_other_way(pair, move):
@@ -67,6 +69,7 @@ def test_moving_the_target_moves_the_answer_the_other_way(pair, move):
     assert off_cells(answer(perturb_frame(target, move), source), expected, source) < 1.0
 
 
+@pytest.mark.slow
 @DRAWS
 @given(move=moves)
 def test_swapping_moved_maps_gives_the_inverse(pair, move):

@@ -58,6 +58,7 @@ def known():
     return maps, frames, quilted(maps)
 
 
+@pytest.mark.slow
 def test_known_transforms_are_found_within_half_a_cell():
     errors = []
     for seed, scale, honest in [
@@ -74,6 +75,7 @@ def test_known_transforms_are_found_within_half_a_cell():
     assert max(errors) < 1.0
 
 
+@pytest.mark.slow
 def test_sift_finds_copies_too():
     maps, frames = team(0)
     pair = merge_maps(maps, MergeSettings(method="sift")).pairs[0]
@@ -81,6 +83,7 @@ def test_sift_finds_copies_too():
     assert off_cells(pair.target_from_source, frames[0] @ frames[1].inverse(), maps.grids[1]) < 1.0
 
 
+@pytest.mark.slow
 def test_a_transformed_copy_of_a_map_is_found():
     maps, _ = team(3)
     grid = maps.grids[0]
@@ -170,6 +173,7 @@ def test_swapping_the_maps_gives_the_inverse_and_the_same_evidence(known):
     assert back.confidence == there.confidence
 
 
+@pytest.mark.slow
 def test_three_maps_in_one_frame_agree_with_the_truth():
     maps, frames = team(8, 3)
     ticks = []
@@ -198,6 +202,7 @@ def test_an_answer_is_in_the_unit_of_its_target(units):
     assert pair.unit == units[0]
 
 
+@pytest.mark.slow
 def test_the_seed_is_that_of_the_random_samples():
     maps, _ = team(0)
     found = {merge_maps(maps, MergeSettings(method="sift"), seed=seed).pairs[0].evidence for seed in range(3)}
@@ -222,6 +227,7 @@ def test_the_merger_reads_no_file(known, monkeypatch):
     assert quilted(maps).pairs[0].target_from_source == result.pairs[0].target_from_source
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_maps_of_two_places_are_refused_with_a_reason(seed):
     first, second = team(100 + seed)[0].grids[0], team(200 + seed)[0].grids[1]
@@ -272,6 +278,7 @@ def test_a_map_with_too_little_structure_is_refused(values, known):
             )
 
 
+@pytest.mark.slow
 def test_noise_is_refused():
     rng = np.random.default_rng(0)
     grids = [bare(rng.choice([100, 0, -1], (120, 160))) for _ in range(2)]
@@ -288,6 +295,7 @@ def two_maps(world, seed, parts, number=30):
     return map_set(grids), frames[0] @ frames[1].inverse()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equal_rooms_are_refused_as_ambiguous(seed):
     maps, _ = two_maps(equal_rooms(), seed, (((0.3, 0.3), (14.4, 11.7)), ((9.6, 0.3), (23.7, 11.7))))
@@ -296,6 +304,7 @@ def test_equal_rooms_are_refused_as_ambiguous(seed):
     assert pair.evidence.wall_inlier_ratio > 0.8  # nothing else would have refused it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [ScaleRange.known(), ScaleRange.free()])
 def test_a_symmetric_hall_is_refused_as_ambiguous(scale):
     maps, _ = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
@@ -304,6 +313,7 @@ def test_a_symmetric_hall_is_refused_as_ambiguous(scale):
     assert pair.evidence.score > 0.8  # nothing else would have refused it
 
 
+@pytest.mark.slow
 def test_the_alternatives_of_a_symmetric_hall_include_half_a_turn():
     maps, truth = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     pair = quilted(maps).pairs[0]

@@ -65,6 +65,7 @@ def answer(settings):
     return match(PairTask.of(maps, 0, 1, maps.scale_range, settings, 0))
 
 
+@pytest.mark.slow
 def test_settings_of_deep_steps_reach_them():
     usual = answer(MergeSettings())
     narrow = WallOverlapSettings(tolerance_shares=(0.0001,), min_tolerance_cells=0.01)
@@ -102,6 +103,7 @@ def test_a_registered_method_is_a_method_like_any_other(guess):
     assert answer(replace(guess, as_published=True)).reason is Reason.NO_PUBLISHED_ANSWER
 
 
+@pytest.mark.slow
 def test_a_worker_process_knows_the_registered_method_of_its_settings(guess):
     code = "import pickle, sys; print(pickle.load(sys.stdin.buffer).method)"
     found = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(guess), capture_output=True, check=True)

@@ -56,6 +56,7 @@ def star(rng: np.random.Generator, on_grid: bool) -> np.ndarray:
     return np.round(corners * 8) / 8 if on_grid else corners
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("on_grid", [False, True])
 def test_any_touch_agrees_with_exact_clipping(on_grid: bool) -> None:
     rng = np.random.default_rng(5)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
@@ -88,6 +88,8 @@ def corner_consensus(
     votes = _votes(_complex(there), _complex(here - middle), tried, gate, settings.peaks)
     strongest = np.argsort(-votes[:, 0].real, kind="stable")[: settings.fitted]
     found: list[CornerMatch] = []
+    from scipy.spatial import cKDTree  # here: loading it takes a tenth of a merge, and other methods do without
+
     tree = cKDTree(target)
     for turn, shift in votes[strongest, 1:].tolist():
         rough = _similarity(turn, shift - turn * complex(middle[0], middle[1]))
@@ -141,7 +143,7 @@ def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks:
 
 def _refit(
     target: Cells,
-    tree: cKDTree,
+    tree: Any,
     source: Cells,
     rough: Similarity2,
     scale: ScaleRange,
@@ -162,7 +164,7 @@ def _refit(
     return CornerMatch(fit, there, here, len(source))
 
 
-def _partners(tree: cKDTree, moved: Cells, gate: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _partners(tree: Any, moved: Cells, gate: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Match target and source corners that are nearest to each other, at most ``gate`` apart; return their indices."""
     found = tree.query(moved, distance_upper_bound=gate)
     distance, nearest = np.asarray(found[0], np.float64), np.asarray(found[1], np.intp)

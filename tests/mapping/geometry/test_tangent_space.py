@@ -38,6 +38,7 @@ def close(found, expected, tolerance=1e-8):
     np.testing.assert_allclose(matrix(found), matrix(expected), atol=tolerance, rtol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("group", "tangents"), GROUPS)
 def test_exp_is_the_matrix_exponential(group, tangents):
     @given(tangents)

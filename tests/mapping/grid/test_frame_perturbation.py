@@ -34,6 +34,7 @@ def centres(grid, mask):
     return grid.frame.metres_from_cells(np.argwhere(mask))
 
 
+@pytest.mark.slow
 @given(similarities)
 def test_the_truth_maps_walls_onto_walls_within_half_a_cell(start_from_map):
     grid = room()
@@ -45,6 +46,7 @@ def test_the_truth_maps_walls_onto_walls_within_half_a_cell(start_from_map):
     assert cKDTree(moved).query(wall)[0].max() <= half + 1e-9
 
 
+@pytest.mark.slow
 @given(similarities)
 def test_the_truth_has_no_systematic_shift(start_from_map):
     grid = room()

@@ -84,6 +84,7 @@ def test_every_grey_reads_as_in_nav2(tmp_path: Path, mode: str, negate: int, occ
     np.testing.assert_array_equal(loaded_cells(path, mode), wanted)
 
 
+@pytest.mark.slow
 @given(
     thresholds=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
     mode=st.sampled_from(["trinary", "scale"]),
@@ -166,6 +167,7 @@ def grids(draw: st.DrawFn) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(draw(positive), draw(origins), shape), log_odds)
 
 
+@pytest.mark.slow
 @given(
     grids(), st.sampled_from([("trinary", "pgm"), ("trinary", "png"), ("scale", "png"), ("raw", "pgm"), ("raw", "png")])
 )

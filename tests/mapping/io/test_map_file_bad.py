@@ -92,6 +92,7 @@ def test_a_bad_field_is_named_with_its_value(folder: Path, old: str, new: str, m
     assert refusal(folder / "map.yaml").startswith(f"map.yaml: {message}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -78,6 +78,7 @@ def test_a_truncated_log_is_refused_wherever_it_ends(path: Path) -> None:
         assert refusal(path).startswith(("not an .npz file", "damaged or of another kind: "))
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), min_size=1, max_size=4))
 def test_damaged_bytes_are_harmless_or_refused(edits: list[tuple[int, int]]) -> None:

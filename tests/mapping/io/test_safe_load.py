@@ -32,6 +32,7 @@ def test_plain_values_round_trip(tmp_path: Path) -> None:
     assert json.dumps(read_json(path)).encode() == deep
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bad.json", "bad.yaml"])
 @pytest.mark.parametrize(
     ("text", "message"),

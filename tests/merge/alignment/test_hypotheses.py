@@ -58,6 +58,7 @@ def test_the_order_in_which_candidates_come_does_not_matter(order):
     assert ranked(order) == [CRISP, ALIKE, BENT]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("build", [rooms, cave])
 def test_a_proposal_that_lies_near_the_truth_is_found_among_hundreds_that_do_not(build):
     target, source, truth = two_prepared_maps(build, 3, Similarity2(3.0, 1.0, -0.7, 1.4))

@@ -28,6 +28,7 @@ def bent(grid, sagitta):
     return OccupancyGrid(GridFrame(grid.frame.resolution, grid.frame.origin, values.shape), values)
 
 
+@pytest.mark.slow
 def test_a_bent_map_is_laid_on_by_the_mean_of_its_parts(grid):
     target, source = PreparedMap(bent(grid, 9.0)), PreparedMap(grid)
     truth, start = Similarity2(12.0), Similarity2(9.0, 2.0, math.radians(0.7))

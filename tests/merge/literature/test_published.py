@@ -93,6 +93,7 @@ def odd_maps():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(published_names()))
 def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name):
     method = MergeSettings(name).chosen_published

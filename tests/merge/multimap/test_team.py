@@ -39,6 +39,7 @@ def permuted(maps: MapSet, order) -> MapSet:
     return MapSet(in_order(maps.names), in_order(maps.grids), in_order(maps.units), maps.resolutions_trusted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(2, 0, 1), (1, 0, 2)])
 def test_the_order_of_the_maps_changes_nothing(three, order):
     maps, _, before = three
@@ -48,6 +49,7 @@ def test_the_order_of_the_maps_changes_nothing(three, order):
         np.testing.assert_allclose(after.reference_from_map[name].matrix(), place.matrix(), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_changes_no_byte(three):
     maps, _, alone = three
     with Runner(Workers(2)) as runner:
@@ -183,6 +185,7 @@ def test_unknown_map_names_are_refused(three):
         merge_maps(three[0], MergeSettings(priors=(Prior("a", 0, 0, 0), Prior("y", 0, 0, 0))))
 
 
+@pytest.mark.slow
 def test_a_prior_resolves_a_symmetric_hall():
     maps, truth = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
     assert not merge_maps(maps).pairs[0].accepted
@@ -208,6 +211,7 @@ def place(seed: int) -> OccupancyGrid:
     return observed(world, points, random_similarity(rng), rng, 0.1, noise=0.01)
 
 
+@pytest.mark.slow
 def test_twenty_maps_of_twenty_places_stay_apart():
     grids = tuple(place(seed) for seed in range(20))
     ticks: list[tuple[int, int]] = []
@@ -248,6 +252,7 @@ def test_two_copies_of_one_map_coincide(three):
     assert not result.groups[0].conflicts.occupied.any()
 
 
+@pytest.mark.slow
 def test_each_cluster_gets_a_merged_map(three):
     maps, _, _ = three
     others, _ = team(21, 2)

@@ -62,6 +62,7 @@ def test_a_long_wall_is_no_landmark_and_neither_is_a_speck():
     assert len(marks) == 1
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     yaw=st.floats(-math.pi, math.pi),

@@ -34,6 +34,7 @@ def test_all_stand_clear(how: Starts) -> None:
         assert min(gaps(starts)) >= 1.0
 
 
+@pytest.mark.slow
 def test_spread_is_farther_than_random_and_close_is_nearer() -> None:
     for seed in range(3):
         nearest = {how: min(gaps(chosen(how, seed))) for how in ("random", "spread")}

@@ -67,6 +67,7 @@ def test_coverage_grows_to_what_the_robots_observed(mission: Mission) -> None:
     assert seen.free_area == pytest.approx(raster.free.sum() * 0.0025)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [(0.5, 0.7), (0.75, 0.95)])
 def test_a_cut_mission_overlaps_as_wanted(long_mission: Mission, wanted: tuple[float, float]) -> None:
     frame = true_raster(long_mission.world).frame
@@ -99,6 +100,7 @@ def test_the_best_of_two_robots_is_the_best_there_is(long_mission: Mission) -> N
     assert all((each == NEVER).any() for each in seen)
 
 
+@pytest.mark.slow
 def test_an_overlap_is_reached_by_other_starts_or_the_nearest_is_kept() -> None:
     world = make_world("office", 7)
     settings = MissionSettings(2, 10.0, starts="spread", overlap=(0.6, 0.9))

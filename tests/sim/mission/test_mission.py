@@ -67,6 +67,7 @@ def test_hits_end_on_walls_or_on_robots(mission: Mission) -> None:
             assert np.allclose(gaps, 0.2, atol=0.01)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_in_another_process(mission: Mission, tmp_path: Path) -> None:
     program = """
 import sys

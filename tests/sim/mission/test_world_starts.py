@@ -10,6 +10,7 @@ from worlds.families.registry import FAMILIES, make_world
 from worlds.floor import CLEAR, find_floor
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_starts_stand_clear_inside_and_apart(name: str) -> None:
     for seed in range(3):

@@ -21,6 +21,7 @@ TREES = tuple(disc(x, y, 0.3, 12) for x in (2.0, 7.0, 12.0) for y in (2.0, 7.0, 
 PARK = World("park", 0, (14.0, 14.0), TREES, fence=box(3.0, 3.0, 11.0, 10.0))
 
 
+@pytest.mark.slow
 def test_no_robot_leaves_the_fence_and_the_lidar_sees_trees_beyond() -> None:
     mission, _ = simulate(PARK, MissionSettings(robots=2, duration=25.0), 1)
     for robot in mission.robots:
@@ -35,6 +36,7 @@ def test_no_robot_leaves_the_fence_and_the_lidar_sees_trees_beyond() -> None:
     assert mission.contacts == (0, 0)
 
 
+@pytest.mark.slow
 def test_a_touring_team_stays_inside_and_reaches_goals_on_either_side() -> None:
     goals = [(3.6, 4.0), (10.4, 9.0)]
     mission, _ = simulate(PARK, MissionSettings(2, 30.0, policy="patrol", goals=goals), 1)

@@ -12,6 +12,7 @@ from sim.sensors.lidar_presets import lidar_preset, with_rate
 from worlds.families.registry import make_world
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hokuyo_urg04lx", "sick_lms200"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_team_that_only_looks_ahead_makes_way_and_hits_nothing(name: str, seed: int) -> None:

@@ -149,6 +149,7 @@ def test_too_many_robots_are_refused() -> None:
         BulletScene(World("nothing", 0, (9, 9), ()), [SE2()] * (MAX_ROBOTS + 1))
 
 
+@pytest.mark.slow
 def test_without_pybullet_sim_imports_and_simulating_says_why() -> None:
     program = """
 import sys

@@ -22,6 +22,7 @@ from worlds.families.registry import make_world
 from worlds.world import World
 
 
+@pytest.mark.slow
 def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: World) -> None:
     goals = [(1.0, 4.0), (7.0, 4.0)]
     team = [RobotSettings(start=SE2(1.0, 1.0)), RobotSettings(start=SE2(7.2, 2.5))]
@@ -41,6 +42,7 @@ def test_each_robot_draws_goals_of_its_own() -> None:
     assert len({goal for patrol in patrols for goal in patrol.goals}) > 20
 
 
+@pytest.mark.slow
 def test_robots_that_start_together_explore_apart() -> None:
     mission, _ = simulate(make_world("open_hall", 2), MissionSettings(4, 8.0, starts="close"), 2)
     ways = np.array([robot.trajectory.poses[-1, :2] - robot.trajectory.poses[0, :2] for robot in mission.robots])
@@ -49,6 +51,7 @@ def test_robots_that_start_together_explore_apart() -> None:
     assert np.hypot(*directions.mean(axis=0)) < 0.5
 
 
+@pytest.mark.slow
 def test_drawn_goals_are_the_seeds() -> None:
     world = make_world("house", 1)
     settings = MissionSettings(2, 15.0, policy="patrol")
@@ -122,6 +125,7 @@ def test_a_replay_through_a_wall_is_refused_with_when_and_where(two_rooms: World
         simulate(two_rooms, settings, 0)
 
 
+@pytest.mark.slow
 def test_a_touring_team_on_wheels_gives_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     program = """
 import sys

@@ -52,6 +52,7 @@ def _thickness(polygon: np.ndarray) -> float:
     return math.inf if depth.min() < -1e-9 else float(depth.max(axis=0).min())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_seed_decides_everything(name: str) -> None:
     assert make_world(name, 1) == make_world(name, 1)
@@ -60,6 +61,7 @@ def test_the_seed_decides_everything(name: str) -> None:
         assert (first != second).sum() > 0.1 * first.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in FAMILIES if name not in FIXED])
 def test_other_sizes_hold_the_guarantees_and_tiny_ones_are_refused_by_value(name: str) -> None:
     family = FAMILIES[name]

@@ -10,6 +10,7 @@ def grey(walls):
     return np.where(walls > 0, OCCUPIED_GREY, FREE_GREY).astype(np.uint8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.15, 0.7, 1.3, 2.9])
 def test_corners_of_a_turned_room_are_where_they_are_in_the_picture_that_came_in(angle):
     truth = turned(POLYGON, angle)

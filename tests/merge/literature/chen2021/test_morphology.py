@@ -12,6 +12,7 @@ from tests.merge.rooms import cave, observed, viewpoints
 RNG = np.random.default_rng(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "scale"), [(1.0, ScaleRange.known()), (1.0, ScaleRange.free()), (1.6, ScaleRange.free())]
 )
@@ -35,6 +36,7 @@ def test_it_does_not_depend_on_chance():
     assert answers[0].target_from_source == answers[1].target_from_source
 
 
+@pytest.mark.slow
 def test_a_cave_has_no_main_direction_and_is_matched_all_the_same():
     rng = np.random.default_rng(5)
     world, source_from_world = cave(rng, 30.0, 26.0), Similarity2(3.0, 1.0, -0.9)
