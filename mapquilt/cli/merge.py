@@ -76,7 +76,9 @@ def merge(
     changes: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", metavar="NAME=VALUE", help="Any setting of the merge by its dotted name, such as max_log_odds=4."
+            "--set",
+            metavar="NAME=VALUE",
+            help="Any setting of the merge by its dotted name: acceptance.min_overlap=0.2. Repeatable.",
         ),
     ] = None,
     workers: WorkersOption = None,

@@ -49,7 +49,7 @@ def study(
     ] = None,
     missions: Annotated[int, typer.Option(help="Missions per world.")] = 8,
     min_overlap: Annotated[float, typer.Option(help="Least true overlap of the pairs that count, 0 to 1.")] = 0.15,
-    seed: Annotated[int, typer.Option(help="Seed of worlds, starts, noise, disguise and intervals.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of worlds, starts, noise, frames and intervals.")] = 1,
     cache: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder that keeps simulated missions, for this study and others."),

@@ -30,7 +30,7 @@ class Varied:
 
 @dataclass(frozen=True)
 class Method:
-    """A method of merging, by the common judge's verdict or its own."""
+    """Choose a merging method, and the common acceptance rule or its own."""
 
     name: str
     as_published: bool = False
