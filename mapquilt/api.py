@@ -57,6 +57,9 @@ def merge(
                 raise ValueError(f"out is {out}, must be None for a run, which gets the merge in its own folder")
             return merge_run(Path(maps), settings, seed, runner=runner)
         if not isinstance(maps, MapSet) and any(isinstance(one, str | Path) for one in maps):
+            for number, one in enumerate(maps):
+                if not isinstance(one, str | Path):
+                    raise ValueError(f"maps[{number}] is a {type(one).__name__}, must be a file name like the others")
             paths = [Path(one) for one in maps if isinstance(one, str | Path)]
             inputs = file_inputs(paths, None)
             for warning in inputs.warnings:

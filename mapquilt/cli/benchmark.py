@@ -17,7 +17,7 @@ from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample, read_pair_l
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.table import calibration_table, terminal_table
 from mapquilt.benchmark.trials import chosen_methods, run_benchmark, unfinished_folder
-from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
+from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
@@ -52,7 +52,7 @@ def benchmark(
         int | None, typer.Option(help="Number of pairs to run, drawn evenly from all strata; default: all.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sample, the methods and the intervals.")] = 0,
-    workers: WorkersOption = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to run on; more than one disturb the times.")] = 1,
     scheduler: SchedulerOption = None,
     pictures: Annotated[
         int | None,

@@ -18,7 +18,7 @@ from mapquilt.cli.options.merge import (
     pair_workers,
     parse_priors,
 )
-from mapquilt.cli.options.workers import SchedulerOption, WorkersOption
+from mapquilt.cli.options.workers import SchedulerOption
 from mapquilt.cli.tables import merge_table, print_table, warn
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import remote_runner
@@ -81,7 +81,10 @@ def merge(
             help="Any setting of the merge by its dotted name: acceptance.min_overlap=0.2. Repeatable.",
         ),
     ] = None,
-    workers: WorkersOption = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="Processes to run on; default: one per core for more than 6 maps, else this one."),
+    ] = None,
     scheduler: SchedulerOption = None,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     out: Annotated[

@@ -83,10 +83,6 @@ def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
     return DatasetPlan(tuple(missions), _negatives(spec, missions))
 
 
-def _sample_seed(spec: DatasetSpec, index: int) -> int:
-    return derived_seed(spec.seed, Role.DATASET_SAMPLE, index)
-
-
 def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
     """Combine the values, every combination once, in a shuffled order: a few samples do not share one value."""
     changes = [[f"{name}={value}" for value in values] for name, values in samples.set.items()]

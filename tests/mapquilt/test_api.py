@@ -49,6 +49,8 @@ def test_merging_files_grids_and_a_run_agree(merged_run: Path, tmp_path: Path) -
 def test_what_cannot_be_merged_is_named(tmp_path: Path, sample: mq.Sample) -> None:
     with pytest.raises(ValueError, match=r"maps\[1\] is a int, must be"):
         mq.merge([sample.maps.grids[0], 3])  # type: ignore[list-item]
+    with pytest.raises(ValueError, match=r"maps\[1\] is a OccupancyGrid, must be a file name like the others"):
+        mq.merge(["a.yaml", sample.maps.grids[0]])
     with pytest.raises(ValueError, match="out is x, must be None for maps in memory"):
         mq.merge(sample.maps, out="x")
     with pytest.raises(ValueError, match="no such run folder"):
