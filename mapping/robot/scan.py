@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mapping.arrays import frozen_array
+from mapping.arrays import frozen_array, sealed
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +58,26 @@ class LidarScan:
                 f"LidarScan: the range of beam {beam} is {self.ranges[beam]} m, "
                 f"outside [{self.range_min}, {self.range_max}]"
             )
+
+    @staticmethod
+    def of_readings(
+        stamp: float,
+        angle_min: float,
+        angle_increment: float,
+        range_min: float,
+        range_max: float,
+        readings: ArrayLike,
+    ) -> LidarScan:
+        """Make a sweep of the raw readings (B,) [m] of a driver.
+
+        A reading that is NaN or reaches ``range_max`` is no return; one below ``range_min``, or not positive, was too
+        close (REP 117 for the values that result). Raises ``ValueError`` as the class does.
+        """
+        ranges = np.array(readings, dtype=np.float32)
+        lost = np.isnan(ranges) | (ranges >= np.float32(range_max))
+        close = ~lost & ((ranges < np.float32(range_min)) | (ranges <= 0.0))
+        ranges[lost], ranges[close] = np.inf, -np.inf
+        return LidarScan(stamp, angle_min, angle_increment, range_min, range_max, sealed(ranges))
 
     @property
     def returned(self) -> NDArray[np.bool_]:

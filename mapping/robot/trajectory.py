@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mapping.arrays import frozen_array
 from mapping.geometry.se2 import SE2
@@ -58,6 +58,21 @@ class Trajectory:
     def part(self, start: int, stop: int) -> Trajectory:
         """Return poses ``start`` to ``stop - 1``, in the same frame."""
         return Trajectory(self.stamps[start:stop], self.poses[start:stop])
+
+    def interpolated(self, stamps: ArrayLike) -> Trajectory:
+        """Return the poses at other stamps (M,) [s]: linear in x and y, in yaw the shorter way round.
+
+        Raises ``ValueError`` if a stamp lies outside the trajectory, or the stamps do not increase.
+        """
+        stamps = np.asarray(stamps, dtype=np.float64)
+        outside = (stamps < self.stamps[0]) | (stamps > self.stamps[-1])
+        if outside.any():
+            raise ValueError(
+                f"Trajectory: stamp {stamps[outside][0]} s lies outside {self.stamps[0]} to {self.stamps[-1]} s"
+            )
+        x, y, yaw = self.poses.T
+        columns = [np.interp(stamps, self.stamps, column) for column in (x, y, np.unwrap(yaw))]
+        return Trajectory(stamps, np.stack(columns, axis=-1))
 
     def from_start(self) -> Trajectory:
         """Express the trajectory in the frame of its first pose."""
