@@ -23,6 +23,8 @@ def main() -> None:
         status = _fail(str(error), BAD_INPUT)
     except SystemExit:  # what prints tables leaves so where nobody reads standard output any more
         status = CLOSED_PIPE
+    if status == INTERRUPTED:
+        exec("")  # if the interrupt ended generated code, such as a dataclass's, CPython would not heed our exit status
     sys.exit(_flushed(status))
 
 

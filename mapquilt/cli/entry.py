@@ -34,9 +34,16 @@ def _outcome(app: typer.Typer, arguments: list[str], name: str) -> tuple[int, st
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED, "interrupted"
     except Exception as error:
+        if _is_interrupt(error):
+            return INTERRUPTED, "interrupted"
         traceback.print_exc()
         return INTERNAL_ERROR, f"internal error: {type(error).__name__}: {error}"
     return status, "interrupted" if status == INTERRUPTED else None
+
+
+def _is_interrupt(error: Exception) -> bool:
+    """Check whether an interrupt caused an error, as one that arrives while numba converts the arguments of a call."""
+    return isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt)
 
 
 def _check_names(arguments: list[str]) -> None:

@@ -1,11 +1,11 @@
 """The command line: one clear line for bad input, exit statuses, JSON, and nothing half-written."""
 
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import cv2
@@ -372,28 +372,63 @@ def heed_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def wait_for_the_simulator(process):
-    """Wait until the process has the simulator in memory, and a little more, so that the mission is under way."""
-    while "pybullet" not in Path(f"/proc/{process.pid}/maps").read_text():
-        assert process.poll() is None
-        time.sleep(0.1)
-    time.sleep(1.0)
+def read_to(terminal, sign=None):
+    """Read what a process writes on a terminal, to a sign or to the end."""
+    written = b""
+    while sign is None or not re.search(sign, written):
+        try:
+            written += os.read(terminal, 4096)
+        except OSError:  # nobody holds the terminal's other side any more
+            assert sign is None, written.decode()
+            break
+    return written
 
 
 @pytest.mark.parametrize(("sign", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
 def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, sign, status):
     before = hashes(fresh_run)
-    arguments = ["simulate", "office", "--robots", "2", "--duration", "600", "--seed", "9", "--out", str(fresh_run)]
+    arguments = ["simulate", "office", "--robots", "2", "--duration", "3600", "--seed", "9", "--out", str(fresh_run)]
+    terminal, errors = os.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "mapquilt", *arguments], stderr=subprocess.PIPE, preexec_fn=heed_interrupts
+        [sys.executable, "-m", "mapquilt", *arguments],
+        stderr=errors,
+        env=os.environ | {"TERM": "xterm"},
+        preexec_fn=heed_interrupts,
     )
-    wait_for_the_simulator(process)
+    os.close(errors)
+    read_to(terminal, rb"[1-9]\d*/3600")  # the progress bar: the mission is under way
     process.send_signal(sign)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == status
-    assert b"Traceback" not in errors
+    assert b"Traceback" not in read_to(terminal)
+    os.close(terminal)
+    assert process.wait() == status
     assert hashes(fresh_run) == before
     assert command("sense", fresh_run, "--out", fresh_run) == 0
+
+
+def test_an_interrupt_that_numba_reports_as_an_error_of_its_own_is_an_interrupt(capsys, monkeypatch, merged_run):
+    def interrupted(run):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(mapquilt.cli.score, "score_run", interrupted)
+    assert command("score", merged_run) == 130
+    assert capsys.readouterr().err == "mapquilt: interrupted\n"
+
+
+INTERRUPTED_IN_GENERATED_CODE = """
+import sys, types
+module = types.ModuleType("mapquilt.cli.app")
+module.run = lambda arguments: exec("raise KeyboardInterrupt")
+sys.modules["mapquilt.cli.app"] = module
+from mapquilt.__main__ import main
+main()
+"""
+
+
+def test_an_interrupt_in_generated_code_has_the_same_status(tmp_path):
+    (tmp_path / "interrupted.py").write_text(INTERRUPTED_IN_GENERATED_CODE)
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-m", "interrupted"], capture_output=True, env=environment)
+    assert (done.returncode, done.stderr) == (130, b"mapquilt: interrupted\n")
 
 
 def test_version_and_help(capsys):
