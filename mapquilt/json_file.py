@@ -12,6 +12,28 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import read_json
 
+OLD_EVIDENCE = {
+    "agreement": "score",
+    "rival_agreement": "second_best_score",
+    "walls_on_walls": "wall_inlier_ratio",
+    "walls_in_free": "free_space_violation",
+    "walls_deep_in_free": "deep_free_space_violation",
+    "matched_walls_cells": "inlier_length_cells",
+    "spread": "normal_isotropy",
+    "exactness": "precision_probability",
+}
+"""Names of evidence in version 1 of the records, and the present ones."""
+
+_TRUTH = {"true_agreement": "true_score", "rival_agreement": "second_best_score"}
+_SETTINGS = {"disguise": "frame_perturbation"}
+OLD_SCHEMAS = {
+    "mapquilt-merge/1": ("mapquilt-merge/2", OLD_EVIDENCE),
+    "mapquilt-run/1": ("mapquilt-run/2", _SETTINGS),
+    "mapquilt-truth/1": ("mapquilt-truth/2", _TRUTH),
+    "mapquilt-manifest/1": ("mapquilt-manifest/2", _SETTINGS | _TRUTH),
+}
+"""Older schemas that are still read: the present schema, and the present names of renamed fields."""
+
 
 @cache
 def _validator(kind: str) -> Any:
@@ -38,13 +60,29 @@ def to_text(record: dict[str, Any]) -> str:
 
 
 def read_record(path: Path, kind: str) -> dict[str, Any]:
-    """Read a JSON file and check it against the schema of its kind.
+    """Read a JSON file, of the present schema of its kind or an older one, with the present names of all fields.
 
     Raises ``ValueError`` with the file and the fault, ``OSError`` if it cannot be read.
     """
     record = read_json(path)
+    if isinstance(record, dict):
+        record = present_record(record, record.get("schema"))
     check_record(path, kind, record)
     return dict(record)
+
+
+def present_record(record: dict[str, Any], schema: Any) -> dict[str, Any]:
+    """Return a record of an older ``schema`` with the present schema and names; any other unchanged."""
+    if str(schema) not in OLD_SCHEMAS:
+        return record
+    present, names = OLD_SCHEMAS[schema]
+    return {**_renamed(record, names), **({"schema": present} if "schema" in record else {})}
+
+
+def _renamed(value: Any, names: dict[str, str]) -> Any:
+    if isinstance(value, dict):
+        return {names.get(name, name): _renamed(part, names) for name, part in value.items()}
+    return [_renamed(part, names) for part in value] if isinstance(value, list) else value
 
 
 def check_record(path: Path, kind: str, record: Any) -> None:

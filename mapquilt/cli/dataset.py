@@ -101,7 +101,7 @@ def verify(folder: Folder) -> int:
         problems = verify_dataset(folder, on_progress)
     for problem in problems:
         print_table(problem)
-    print_table(f"{folder}: " + (f"{len(problems)} problems" if problems else "every file is as it was made"))
+    print_table(f"{folder}: " + (f"{len(problems)} problems" if problems else "no file has changed"))
     return 1 if problems else 0
 
 

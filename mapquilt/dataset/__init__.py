@@ -1,1 +1,1 @@
-"""Data sets: many samples from one specification, made in parallel, resumable, the same bytes every time."""
+"""Data sets: many samples from one specification, made in parallel, resumable and reproducible to the byte."""

@@ -1,4 +1,4 @@
-"""The data card: what was made, in figures and histograms, beside the data."""
+"""Data card: README.md and histograms of a data set."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 CARD_FILE = "README.md"
 FIGURE_FILE = "figures.png"
 OVERLAP_BOUNDS = (0.0, 0.05, 0.15, 0.3, 0.6, 1.0)
-"""Strata of overlap; a pair lies in the stratum whose upper bound it does not exceed."""
+"""Bounds of the overlap strata; each includes its upper bound."""
 
 TEMPLATE = """\
 # {{ spec.name }}
 
-A data set of simulated robot teams: occupancy grids that robots mapped on their own, each in a frame of its own, and
-the transforms between them. Made by mapquilt from `spec.json` with seed {{ spec.seed }}; the same specification gives
-the same bytes. Licence of the data: CC BY 4.0.
+A data set of simulated robot teams: occupancy grids, each mapped by one robot in a frame of its own, and the true
+transforms between them. mapquilt made it from `spec.json` with seed {{ spec.seed }}; the same specification gives the
+same bytes. Licence of the data: CC BY 4.0.
 
 {{ samples }} samples of {{ missions }} missions; {{ maps }} maps, {{ pairs }} pairs of maps of different robots,
-{{ negatives }} pairs of two worlds that no merger may accept{% if failures %}; {{ failures }} samples could not be
-made, see `failures.jsonl`{% endif %}.
+{{ negatives }} pairs of maps of two worlds, which a merger must refuse{% if failures %}; {{ failures }} samples
+failed, see `failures.jsonl`{% endif %}.
 
-![Overlap, distortion, scale and residual of what was made](figures.png)
+![Histograms of overlap, distortion, scale and residual](figures.png)
 
 {% for title, rows in tables %}
 | {{ title }} | pairs | identifiable |
@@ -45,9 +45,9 @@ made, see `failures.jsonl`{% endif %}.
 {% endfor %}
 
 {% endfor %}
-A pair is identifiable if no second placement of the two true footprints agrees nearly as well as the true one; where
-it is not, a refusal is right. Missions, not pairs, are independent: intervals should be drawn over missions. No world
-is in two splits.
+A pair is identifiable if no other placement of the two true footprints fits nearly as well as the true one. If it is
+not identifiable, a refusal is correct. Pairs of one mission depend on each other: bootstrap over missions, not over
+pairs. No world is in two splits.
 
     import mapquilt
     for pair in mapquilt.load_dataset(".", split="test").pairs:
@@ -56,7 +56,7 @@ is in two splits.
 
 
 def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) -> None:
-    """Write README.md and figures.png of what was made."""
+    """Write README.md and figures.png of a data set."""
     import jinja2
 
     samples = manifest.samples
@@ -76,7 +76,7 @@ def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) 
 
 
 def overlap_stratum(overlap: float) -> str:
-    """The stratum of overlap that a pair lies in, in per cent."""
+    """Name the overlap stratum of a pair, in per cent."""
     upper = next(bound for bound in OVERLAP_BOUNDS[1:] if overlap <= bound)
     lower = OVERLAP_BOUNDS[OVERLAP_BOUNDS.index(upper) - 1]
     return f"{100 * lower:.0f} to {100 * upper:.0f} %"
@@ -109,7 +109,7 @@ def _natural(name: str) -> tuple[float, str]:
 
 
 def draw_figures(samples: Sequence[dict[str, Any]]) -> Figure:
-    """Histograms of overlap, distortion, scale between maps, and residual of the pairs' truth."""
+    """Draw histograms of overlap, distortion, relative scale, and residual of the true transforms."""
     from matplotlib.figure import Figure
 
     pairs = [pair for sample in samples for pair in sample["pairs"]]
@@ -121,7 +121,7 @@ def draw_figures(samples: Sequence[dict[str, Any]]) -> Figure:
     scales = [float(np.log2(pair["target_from_source"]["scale"])) for pair in pairs]
     _histogram(axes[1, 0], scales, "scale from source to target, log2", "pairs", (-1.0, 1.0))
     residuals = [pair["residual_m"] for pair in pairs if pair["residual_m"] is not None]
-    _histogram(axes[1, 1], residuals, "residual of a pair's truth, RMS [m]", "pairs")
+    _histogram(axes[1, 1], residuals, "residual of a true transform, RMS [m]", "pairs")
     return figure
 
 

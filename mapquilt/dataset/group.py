@@ -1,4 +1,4 @@
-"""One mission and all samples of it, made in one worker and handed back as bytes: the unit of parallel work."""
+"""One mission and all its samples, made by one worker and returned as bytes: the unit of parallel work."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Files = dict[str, bytes]
 
 @dataclass(frozen=True)
 class Made:
-    """A folder of a data set: its files by path, and its record in the manifest; or the reason why there is none."""
+    """Hold the files of one folder by path and its record in the manifest, or the reason for a failure."""
 
     files: Files
     record: dict[str, Any] | None
@@ -38,16 +38,16 @@ class Made:
 
 @dataclass(frozen=True)
 class Group:
-    """A mission and its samples by index. Where the mission failed, so did they."""
+    """Hold a mission and its samples by index. If the mission failed, so did its samples."""
 
     mission: Made
     samples: dict[int, Made]
 
 
 def make_group(plan: MissionPlan) -> Group:
-    """Simulate a mission and make its samples: a function of the plan alone, on any machine, in any order.
+    """Simulate a mission and make its samples; the result depends on the plan alone.
 
-    A sample that cannot be made says why, and does not stop the others.
+    A sample that fails holds the reason, and the others continue.
     """
     try:
         mission = _simulate(plan)
@@ -120,7 +120,7 @@ def _settings_record(sample: SamplePlan) -> dict[str, Any]:
     return {
         "noise": settings.sensing.noise,
         "poses": settings.mapping.poses,
-        "disguise": dataclasses.asdict(settings.perturbation),
+        "frame_perturbation": dataclasses.asdict(settings.perturbation),
         "resolution": settings.mapping.resolution,
         "model": settings.mapping.sensor_model,
         "clear_range": settings.mapping.clear_range,
@@ -144,7 +144,7 @@ def _map_records(made: Sample, truth: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _pair_records(made: Sample, truth: dict[str, Any]) -> list[dict[str, Any]]:
-    """Pairs of maps of different robots."""
+    """Select the pairs of maps of different robots."""
     robot = {place.name: place.robot for place in made.places.maps}
     return [pair for pair in truth["pairs"] if robot[pair["target"]] != robot[pair["source"]]]
 

@@ -1,4 +1,4 @@
-"""Pairs of a data set, chosen by stratum and listed."""
+"""Pairs of a data set, filtered and listed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mapquilt.dataset.manifest import Manifest
 
 @dataclass(frozen=True)
 class PairFilter:
-    """Which pairs are wanted; None takes all. Overlap lies between ``low`` and ``high``, both included."""
+    """Select pairs; None selects all. Overlap must lie between ``low`` and ``high``, both included."""
 
     split: str | None = None
     world: str | None = None
@@ -28,13 +28,13 @@ class PairFilter:
     def parse(
         split: str | None, world: str | None, overlap: str, noise: float | None, identifiable: bool | None
     ) -> PairFilter:
-        """Raises ``ValueError`` where ``overlap`` is no LO:HI within 0 to 1."""
+        """Build a filter from options. Raises ``ValueError`` if ``overlap`` is not LO:HI within 0 to 1."""
         try:
             bounds = parse_range(overlap)
         except ValueError:
             raise ValueError(f"--overlap {overlap}: must be LO:HI such as 0.3:0.6") from None
         if not 0.0 <= bounds[0] <= bounds[1] <= 1.0:
-            raise ValueError(f"--overlap {overlap}: must lie within 0:1, the lower first")
+            raise ValueError(f"--overlap {overlap}: must lie within 0:1, the lower bound first")
         return PairFilter(split, world, *bounds, noise, identifiable)
 
     def takes(self, sample: dict[str, Any], pair: dict[str, Any]) -> bool:
@@ -48,12 +48,12 @@ class PairFilter:
 
 
 def selected_pairs(manifest: Manifest, wanted: PairFilter) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """The samples and pairs that a filter takes, in order."""
+    """Yield the samples and pairs that a filter selects, in order."""
     return ((sample, pair) for sample in manifest.samples for pair in sample["pairs"] if wanted.takes(sample, pair))
 
 
 def pair_table(rows: Iterator[tuple[dict[str, Any], dict[str, Any]]]) -> Table:
-    """One line a pair, and how many they are."""
+    """Tabulate pairs, one per line, with their number below."""
     table = plain_table(
         ("sample", False),
         ("target", False),

@@ -1,4 +1,4 @@
-"""Reading a data set: samples and pairs with typed fields, loaded when they are asked for."""
+"""Loader of data sets: samples and pairs with typed fields, loaded on access."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mapquilt.runs.truth_file import RunTruth, load_truth
 
 @dataclass(frozen=True)
 class DatasetSample:
-    """One team's maps: ``record`` is its line of the manifest, ``folder`` where it lies; the rest is read on use."""
+    """Hold one sample: ``record`` is its line in the manifest, ``folder`` its path; files are read on access."""
 
     folder: Path
     record: dict[str, Any]
@@ -46,10 +46,10 @@ class DatasetSample:
 
 @dataclass(frozen=True)
 class DatasetPair:
-    """Two maps of different robots. ``target_from_source`` is None where they show two worlds: to be refused.
+    """Hold two maps of different robots. ``target_from_source`` is None if they show two worlds and must be refused.
 
-    ``noise`` and ``world`` (the family) are None where the two maps differ in them. ``residual`` is what the fit of the
-    truth leaves [m], None where nothing was fitted; ``target_scale`` is true metres per metre that the target states.
+    ``noise`` and ``world`` (the family) are None if the two maps differ in them. ``residual`` is that of the fitted
+    true transform [m], None if it was not fitted; ``target_scale`` is true metres per metre that the target states.
     """
 
     name: str
@@ -75,13 +75,13 @@ class DatasetPair:
         return load_map(self.source_path).grid
 
     def map_set(self) -> MapSet:
-        """The pair as the merger takes it, the maps being called target and source."""
+        """Return the pair as a map set for the merger, with maps named target and source."""
         grids = (self.target, self.source)
         return MapSet(("target", "source"), grids, ("m", "m"), resolutions_trusted=self.resolutions_trusted)
 
 
 class _Lazy(Sequence[Any]):
-    """A sequence whose items are made when they are asked for."""
+    """A sequence whose items are built on access."""
 
     def __init__(self, records: Sequence[Any], make: Any) -> None:
         self._records = records
@@ -97,7 +97,7 @@ class _Lazy(Sequence[Any]):
 
 
 class Dataset:
-    """A finished data set, or one split of it. ``samples`` and ``pairs`` are sequences; nothing is read before use."""
+    """A finished data set, or one split of it. ``samples`` and ``pairs`` are sequences that read files on access."""
 
     def __init__(self, folder: Path, manifest: Manifest, split: str | None) -> None:
         self.folder = folder
@@ -174,14 +174,14 @@ def _common(values: Iterable[Any]) -> Any:
 
 
 def _trusted(sample: dict[str, Any]) -> bool:
-    ranges = sample["settings"]["disguise"]
+    ranges = sample["settings"]["frame_perturbation"]
     return bool(ranges["scale_low"] == ranges["scale_high"] == 1.0)
 
 
 def load_dataset(folder: str | Path, split: str | None = None) -> Dataset:
-    """A finished data set, or one split of it.
+    """Open a finished data set, or one split of it.
 
-    Raises ``ValueError`` where the folder is none, or has no such split; the message lists those it has.
+    Raises ``ValueError`` if the folder is not a data set or lacks the split; the message lists its splits.
     """
     manifest = read_manifest(Path(folder))
     splits = sorted({record["split"] for record in manifest.samples})

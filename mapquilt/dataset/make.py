@@ -1,4 +1,4 @@
-"""Making a data set: nothing is lost, whatever stops it, and the same specification gives the same bytes."""
+"""Making of a data set, which the same call resumes after an interruption."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ FAILURES_FILE = "failures.jsonl"
 
 @dataclass(frozen=True)
 class Report:
-    """How many samples a data set has, and how many could not be made."""
+    """Hold the number of samples that were made, and of those that failed."""
 
     samples: int
     failures: int
 
 
 def make_dataset(spec: DatasetSpec, out: Path, runner: Runner, on_progress: Progress = no_progress) -> Report:
-    """Make a data set in a folder, or continue one that was begun.
+    """Make a data set in a folder, or resume an unfinished one.
 
-    Groups of samples appear whole, and a synced journal lists the finished ones; the manifest is written last, in
-    order. Raises ``ValueError`` if the folder holds anything else, another specification, or another process works in
-    it, ``OSError`` if it cannot be written; what is finished stays, and the same call continues from there.
+    Each folder is written atomically, and a synced journal lists the finished missions; the manifest is written last.
+    Raises ``ValueError`` if the folder holds anything else or another specification, or if another process works in
+    it, and ``OSError`` if it cannot be written.
     """
     plan = plan_dataset(spec)
     with job_folder(out, "data set of mapquilt", SPEC_FILE, spec.model_dump_json(indent=2) + "\n"):
@@ -88,7 +88,7 @@ def _folder(out: Path, record: dict[str, Any]) -> Path:
 def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> Entry:
     """Write the folders of a group, each whole or not at all, and return the group's entry."""
     if isinstance(result, OSError | MemoryError):
-        raise result  # the machine's fault, not the sample's: to be tried again
+        raise result  # the machine's fault, not the sample's: try again
     if isinstance(result, BaseException):
         failed = Made({}, None, f"{type(result).__name__}: {result}")
         result = Group(failed, {sample.index: failed for sample in mission.samples})
@@ -126,7 +126,7 @@ def _finish(
 
 
 def build_manifest(spec: DatasetSpec, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:
-    """The manifest of what was made of a plan, the records of finished groups in order."""
+    """Build the manifest of a plan from the records of its finished groups, in order."""
     header = {
         "kind": "dataset",
         "schema": SCHEMA,

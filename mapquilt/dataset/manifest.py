@@ -1,4 +1,4 @@
-"""manifest.jsonl: one line a mission, a sample and a negative pair, in order; no time, host or path of a machine."""
+"""manifest.jsonl: one line per mission, sample and negative pair, in order, with no times, hosts or absolute paths."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import json_value
+from mapquilt.json_file import present_record
 
 MANIFEST_FILE = "manifest.jsonl"
 SPEC_FILE = "spec.json"
 MISSIONS_FOLDER = "missions"
 SAMPLES_FOLDER = "samples"
-SCHEMA = "mapquilt-manifest/1"
+SCHEMA = "mapquilt-manifest/2"
 LICENCE = "CC-BY-4.0"
 
 Record = dict[str, Any]
@@ -23,7 +24,7 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a data set holds: its header, and the records of missions, samples and pairs of two worlds."""
+    """Hold the header of a data set and the records of its missions, samples, and negative pairs of two worlds."""
 
     header: Record
     missions: tuple[Record, ...]
@@ -32,20 +33,20 @@ class Manifest:
 
 
 def write_manifest(out: Path, manifest: Manifest) -> None:
-    """Write the manifest, one record a line."""
+    """Write the manifest, one record per line."""
     write_lines(out / MANIFEST_FILE, [manifest.header, *manifest.missions, *manifest.samples, *manifest.negatives])
 
 
 def write_lines(path: Path, records: Iterable[Record]) -> None:
-    """One record a line, written aside and renamed."""
+    """Write one record per line, atomically."""
     lines = (json.dumps(record, allow_nan=False, ensure_ascii=False) for record in records)
     write_bytes_atomically(path, "".join(f"{line}\n" for line in lines).encode())
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """The manifest of a finished data set.
+    """Read the manifest of a finished data set.
 
-    Raises ``ValueError`` naming the file and the line that is wrong, or that there is none; ``OSError`` otherwise.
+    Raises ``ValueError`` naming the file if it is missing, or the line that is wrong, and ``OSError`` otherwise.
     """
     path = folder / MANIFEST_FILE
     if not path.exists():
@@ -56,8 +57,10 @@ def read_manifest(folder: Path) -> Manifest:
         if not isinstance(record, dict):
             raise ValueError(f"{path}: line {number}: is not a record")
         records.append(record)
+    if records:
+        records = [present_record(record, records[0].get("schema")) for record in records]
     if not records or records[0].get("schema") != SCHEMA:
-        raise ValueError(f"{path}: is no manifest of schema {SCHEMA}")
+        raise ValueError(f"{path}: is not a manifest of schema {SCHEMA}")
     missions, samples, negatives = (
         tuple(record for record in records if record.get("kind") == kind)
         for kind in ("mission", "sample", "other_worlds")

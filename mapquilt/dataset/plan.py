@@ -1,4 +1,4 @@
-"""What is to be made, known in full before anything is: missions, samples, negatives, and the seed of each."""
+"""Plan of a data set: its missions, samples and negative pairs, and the seed of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sim.sensors.settings import SensingSettings
 
 @dataclass(frozen=True)
 class SamplePlan:
-    """One sample: its number in the data set, its name, and how it is sensed."""
+    """Plan one sample: its number in the data set, and its settings."""
 
     index: int
     settings: SampleSettings
@@ -31,7 +31,7 @@ class SamplePlan:
 
 @dataclass(frozen=True)
 class MissionPlan:
-    """One mission, the world that it is in, the split that this world is in, and the samples made of it."""
+    """Plan one mission: its world, the split of that world, and the samples made from it."""
 
     index: int
     missions: MissionsSpec
@@ -46,7 +46,7 @@ class MissionPlan:
 
 @dataclass(frozen=True)
 class NegativePlan:
-    """Two maps of two worlds, each by sample and map name: a pair that must be refused."""
+    """Plan a pair of maps of two worlds, each named by sample and map, that must be refused."""
 
     target: tuple[str, str]
     source: tuple[str, str]
@@ -64,7 +64,7 @@ class DatasetPlan:
 
 
 def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
-    """Everything that the specification asks for. Each seed is a function of the root seed and the item's number."""
+    """Plan a data set. Each seed is a function of the root seed and the item's number."""
     combinations = _combinations(spec.samples, spec.seed)
     missions: list[MissionPlan] = []
     for family in spec.missions:
@@ -84,7 +84,7 @@ def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
 
 
 def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
-    """Combine the values, every combination once, in a shuffled order: a few samples do not share one value."""
+    """List every combination of the values once, shuffled so that the first few differ in all values."""
     changes = [[f"{name}={value}" for value in values] for name, values in samples.set.items()]
     every = [
         with_assignments(
@@ -107,7 +107,7 @@ def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
 
 
 def _splits(spec: DatasetSpec, count: int) -> list[str]:
-    """The split of each of a family's missions: shares by largest remainder, spread evenly over the numbers."""
+    """Assign a split to each mission of a family: shares by largest remainder, evenly interleaved."""
     total = sum(spec.splits.values())
     order = []
     for name, share in spec.splits.items():

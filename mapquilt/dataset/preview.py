@@ -1,4 +1,4 @@
-"""A small picture of a team's maps, side by side."""
+"""Preview of a sample: thumbnails of its maps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_COLUMNS = 6
 
 
 def preview_png(maps: MapSet) -> bytes:
-    """The maps as thumbnails of equal size, row by row in their order, as PNG."""
+    """Draw the maps as thumbnails of equal size, row by row, as PNG."""
     tiles = [_tile(grid) for grid in maps.grids]
     columns = min(MOST_COLUMNS, len(tiles))
     blank = np.full_like(tiles[0], 255)

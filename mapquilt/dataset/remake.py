@@ -1,4 +1,4 @@
-"""One sample of a data set, made again alone."""
+"""Reproduction of one sample of a data set."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from mapquilt.dataset.spec import load_spec
 
 
 def remake_sample(folder: Path, name: str, out: Path) -> list[str]:
-    """Make a sample and its mission again from the specification, under ``out`` as in the data set; the paths that
-    differ from the manifest's hashes.
+    """Make a sample and its mission again under ``out``, and return the paths that differ from the manifest's hashes.
 
-    Raises ``ValueError`` where the data set has no such sample, or ``out`` is not empty.
+    Raises ``ValueError`` if the data set has no such sample, or if ``out`` is not empty.
     """
     if out.exists() and any(out.iterdir()):
         raise ValueError(f"{out}: is not empty")

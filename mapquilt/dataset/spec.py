@@ -1,4 +1,4 @@
-"""What a data set is made of: the specification, as YAML."""
+"""Specification of a data set, as YAML."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim.mission.settings import MissionSettings
 from sim.sensors.lidar_presets import lidar_preset
 
 READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
-"""The specifications that ship."""
+"""Names of the built-in specifications."""
 
 Count = Annotated[int, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -29,11 +29,11 @@ class _Strict(BaseModel):
 
 
 class MissionsSpec(_Strict):
-    """``count`` missions of ``robots`` robots for ``duration`` s in worlds of one family, each in one of its own.
+    """Specify ``count`` missions of ``robots`` robots for ``duration`` [s], each in a world of its own.
 
-    ``world`` names a family, or the file of a world or plan, whose missions then differ by their starts alone;
-    ``width`` and ``height`` [m] size a family, ``plan_resolution`` [m a pixel] a plan that is a bare picture.
-    ``overlap`` is the least and greatest share that the true footprints of any two robots are to have in common.
+    ``world`` names a family, or a file of a world or floor plan, whose missions then differ only in their starts.
+    ``width`` and ``height`` [m] size a family's world, ``plan_resolution`` [m/pixel] a plan without a resolution.
+    ``overlap`` bounds the overlap of the true footprints of any two robots.
     """
 
     world: str
@@ -47,7 +47,7 @@ class MissionsSpec(_Strict):
     overlap: tuple[float, float] | None = None
 
     def settings(self) -> MissionSettings:
-        """The missions' settings. Raises ``ValueError`` naming what is out of range."""
+        """Return the settings of the missions. Raises ``ValueError`` naming a value out of range."""
         robot = RobotSettings(lidar=lidar_preset(self.lidar).lidar)
         return MissionSettings((robot,) * self.robots, self.duration, overlap=self.overlap)
 
@@ -58,10 +58,10 @@ class MissionsSpec(_Strict):
 
 
 class SamplesSpec(_Strict):
-    """How often each mission is sensed, and the values that the samples take in turn, each as often as the others.
+    """Specify the number of samples per mission, and the values of their settings, which occur equally often.
 
-    ``scale`` holds ranges of true metres per stated metre, ``parts`` into how many maps each robot's time is cut.
-    ``set`` lists values of any other setting of sensing, mapping or perturbation by its dotted name.
+    ``scale`` holds ranges of true metres per stated metre; ``parts`` are numbers of maps that each robot's mission is
+    cut into. ``set`` lists values of any other setting of sensing, mapping or perturbation by its dotted name.
     """
 
     per_mission: Annotated[int, Field(ge=1)] = 4
@@ -95,7 +95,7 @@ class SamplesSpec(_Strict):
 
 
 class DatasetSpec(_Strict):
-    """A whole data set. ``other_worlds`` counts pairs of maps from two worlds, which no merger may accept; ``splits``
+    """Specify a data set. ``other_worlds`` is the number of negative pairs, whose maps are of two worlds; ``splits``
     are shares of each family's worlds, so that no world is in two splits."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
@@ -115,9 +115,9 @@ class DatasetSpec(_Strict):
 
 
 def load_spec(source: str) -> DatasetSpec:
-    """The specification of a ready name (``READY``) or in a YAML file.
+    """Load a built-in specification (``READY``) by name, or one in a YAML file.
 
-    Raises ``ValueError`` that names the file, the field and what is wrong with it; ``OSError`` where it cannot be read.
+    Raises ``ValueError`` naming the file, the field and the fault, ``OSError`` if the file cannot be read.
     """
     record = yaml_value(ready_spec(source).encode(), source) if source in READY else read_yaml(Path(source))
     if not isinstance(record, dict):
@@ -131,5 +131,5 @@ def load_spec(source: str) -> DatasetSpec:
 
 
 def ready_spec(name: str) -> str:
-    """The YAML text of a specification that ships."""
+    """Return the YAML text of a built-in specification."""
     return (resources.files("mapquilt.dataset") / "specs" / f"{name}.yaml").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Whether a data set is still what was made."""
+"""Verification of a data set against the hashes of its manifest."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from mapquilt.merging.merge_folder import is_answer
 
 
 def verify_dataset(folder: Path, on_progress: Callable[[int, int], None] = lambda done, total: None) -> list[str]:
-    """One line for each file that is missing, changed, or in no record; none where all is well.
+    """List one line for each file that is missing, changed or in no record.
 
-    What ``mapquilt merge`` and ``score`` leave in a sample is no part of the data set, and no fault.
-
-    Raises ``ValueError`` where the folder is no finished data set.
+    Files that ``mapquilt merge`` and ``score`` add to a sample are ignored. Raises ``ValueError`` if the folder is not
+    a finished data set.
     """
     manifest = read_manifest(folder)
     expected = {

@@ -15,8 +15,7 @@ from typing import Any
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo
 from mapquilt.evaluation.transform_error import TransformError
-from mapquilt.json_file import similarity_record
-from mapquilt.merging.merge_schema import RENAMED
+from mapquilt.json_file import OLD_EVIDENCE, similarity_record
 from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative
 
@@ -41,7 +40,7 @@ TEXTS = (
     *("method", "set", "pair", "target", "source", "subset", "world", "mission", "outcome", "reason"),
     *("target_map", "source_map"),
 )
-OLD_NAMES = RENAMED | {
+OLD_NAMES = OLD_EVIDENCE | {
     "bent": "distorted",
     "runner_up_agreement": "alternative_score",
     **{f"runner_up_{part}": f"alternative_{part}" for part in TRANSFORM},

@@ -11,16 +11,17 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from mapquilt.json_file import similarity_from_record, similarity_record
+from mapquilt.json_file import read_record, similarity_from_record, similarity_record
 from mapquilt.leaves import changed_leaves
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
-from mapquilt.merging.merge_schema import SCHEMA, read_merge_record
 from mapquilt.runs import folder as run_folder
 from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative
 from merge.records.result import MergedGroup, MergeResult, PairResult
 from merge.records.verdict import Refusal
 from merge.settings import MergeSettings
+
+SCHEMA = "mapquilt-merge/2"
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class MergeAnswer:
 
 def load_answer(path: Path) -> MergeAnswer:
     """Read merge.json. Raises ``ValueError`` or ``OSError`` naming the file and what is wrong."""
-    record = read_merge_record(path)
+    record = read_record(path, "merge")
     placed = {
         entry["name"]: similarity_from_record(entry["reference_from_map"])
         for entry in record["maps"]

@@ -16,7 +16,6 @@ from mapping.io.safe_path import safe_path
 from mapping.map_set import MapSet
 from mapquilt.json_file import read_record
 from mapquilt.merging.load_maps import load_map_files
-from mapquilt.merging.merge_schema import read_merge_record
 from mapquilt.runs import folder as run_folder
 
 INPUTS = "inputs"
@@ -99,7 +98,7 @@ def read_merge(folder: Path) -> dict[str, Any]:
     path = folder / run_folder.MERGE_FILE
     if not path.is_file():
         raise ValueError(f"{folder}: holds no merge to add to (it has no {run_folder.MERGE_FILE}); merge it first")
-    return read_merge_record(path)
+    return read_record(path, "merge")
 
 
 def _copies(path: Path, index: int) -> dict[str, bytes]:

@@ -52,7 +52,7 @@ def run_content(folder: Path) -> Content:
 
 def run_settings(record: dict[str, Any]) -> dict[str, str]:
     """Describe the settings of a run."""
-    low, high = record["disguise"]["scale"]
+    low, high = record["frame_perturbation"]["scale"]
     return {
         "world": f"{record['world']}, seed {record['seed']}",
         "team": f"{record['robots']} robots, {record['duration_s']:g} s",

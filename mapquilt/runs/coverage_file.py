@@ -1,4 +1,4 @@
-"""coverage.json and coverage.png: how much of the true free area a team has seen as time goes by."""
+"""coverage.json and coverage.png: share of the true free area that a team has observed over time."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 COVERAGE_SCHEMA = "mapquilt-coverage/1"
 DIGITS = 6
-"""Shares are written with so many decimals: a cell of the largest world counts."""
+"""Decimals of a share: enough for one cell of the largest world."""
 
 
 def write_coverage(folder: Path, seen: Coverage) -> None:
-    """Write the figures and their curves into a run."""
+    """Write the shares and their curves into a run."""
     record = {
         "schema": COVERAGE_SCHEMA,
         "free_area_m2": round(seen.free_area, DIGITS),
@@ -39,7 +39,7 @@ def write_coverage(folder: Path, seen: Coverage) -> None:
 
 
 def coverage_line(folder: Path) -> str:
-    """What a run's robots have seen in the end, in one line."""
+    """Describe the final coverage of a run in one line."""
     record = read_record(folder / run_folder.COVERAGE_FILE, "coverage")
     each = ", ".join(f"{100 * robot['share'][-1]:.0f} %" for robot in record["robots"])
     return f"seen of the {record['free_area_m2']:.0f} m^2 of free floor: {100 * record['team'][-1]:.0f} % ({each})"

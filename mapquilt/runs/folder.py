@@ -1,15 +1,15 @@
-"""A run on disk: what each stage leaves for the next.
+"""Folder of a run.
 
-run.json             what made the run, and the mark by which mapquilt knows it as its own
-maps.json            the map set that the merger reads; nothing of the truth
-mission/             the clean mission: true poses, true ranges, the world
-robot_0/             map.pgm, map.yaml and log.npz, as a real robot could bring them home
-truth.json           where the maps truly lie
-truth/               the world's true raster, and for each robot the part that it could have seen
-coverage.json        how much of the world was seen as time went by; coverage.png beside it
-merge.json           the merger's answer; merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png beside it
-score.json           the answer against the truth; overview.png beside it
-timings.json         seconds; all that differs between two runs of one seed
+run.json             settings of the run; marks the folder as a run of mapquilt
+maps.json            map set that the merger reads, without the truth
+mission/             clean mission: true poses, true ranges, world
+robot_0/             map.pgm, map.yaml and log.npz, as a real robot would record them
+truth.json           true transforms of the maps
+truth/               true raster of the world, and the part of it that each robot observed
+coverage.json        observed share of the world over time, with coverage.png
+merge.json           result of the merge, with merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png
+score.json           evaluation of the merge against the truth, with overview.png
+timings.json         seconds; only this file differs between two runs of one seed
 """
 
 from __future__ import annotations
@@ -58,24 +58,26 @@ ANSWER_FILES = (
     OVERVIEW_PICTURE,
     TIMINGS_FILE,
 )
-"""What ``merge`` and ``score`` add to a run."""
+"""Files that ``merge`` and ``score`` add to a run."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-"""Names of maps become names of folders and of ROS topics."""
+"""Valid names of maps, which become names of folders and of ROS topics."""
 
 Timings = dict[str, dict[str, float]]
 """Seconds by stage and step."""
 
 
 def is_run(folder: Path) -> bool:
-    """Whether mapquilt wrote this folder as a run."""
+    """Check if the folder is a run of mapquilt."""
     return (folder / RUN_FILE).is_file()
 
 
 def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
-    """Raise ``ValueError`` where writing there would overwrite what mapquilt did not write: a folder that is not
-    empty must hold the record ``mark``, of a run or of a merge. What lies inside another run or merge would be lost
-    with it, and is refused too."""
+    """Raise ``ValueError`` if writing to the folder would overwrite files of others.
+
+    A folder that is not empty must hold the record ``mark``, of a run or of a merge. A folder inside another run or
+    merge is refused too, since it would be deleted with that.
+    """
     kind = Path(mark).stem
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder}: exists and is not a folder")
@@ -90,7 +92,7 @@ def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
 
 
 def _holds(folder: Path, mark: str) -> bool:
-    """Whether that record of mapquilt's lies in the folder; a file of another program's that has its name is none."""
+    """Check if the folder holds a valid record of that name; another program's file of the same name does not count."""
     if not (folder / mark).is_file():
         return False
     try:
@@ -102,9 +104,9 @@ def _holds(folder: Path, mark: str) -> bool:
 
 @contextmanager
 def new_run(folder: Path) -> Iterator[Path]:
-    """A folder to write a run into; it takes the final name, whole, when the block ends well.
+    """Yield a temporary folder to write a run into, which is renamed to ``folder`` when the block succeeds.
 
-    A run of mapquilt's of that name is replaced. Raises ``ValueError`` for any other folder that is not empty.
+    An existing run is replaced. Raises ``ValueError`` for any other folder that is not empty.
     """
     refuse_foreign(folder)
     with atomic_folder(folder) as aside:
@@ -112,7 +114,7 @@ def new_run(folder: Path) -> Iterator[Path]:
 
 
 def require_run(folder: Path) -> Path:
-    """The folder, if it is a run. Raises ``ValueError`` naming it, or what is wrong with its run.json, otherwise."""
+    """Return the folder if it is a run. Raises ``ValueError`` naming it, or the fault of its run.json, otherwise."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such run folder")
     if not is_run(folder):
@@ -122,9 +124,9 @@ def require_run(folder: Path) -> Path:
 
 
 def mission_folder(folder: Path) -> Path:
-    """Where a run's clean mission lies: inside it, or beside, where the samples of a data set share one.
+    """Return the folder of a run's clean mission, which the samples of a data set share.
 
-    Raises ``ValueError`` naming the folder where it is missing.
+    Raises ``ValueError`` naming the folder if it is missing.
     """
     record = read_record(require_run(folder) / RUN_FILE, "run")
     mission = folder / str(record["mission"])
@@ -134,13 +136,12 @@ def mission_folder(folder: Path) -> Path:
 
 
 def parts(folder: Path) -> int:
-    """Into how many parts each robot's mission was cut in time: as many maps each. Raises ``ValueError`` where the
-    folder is no run."""
+    """Return the number of maps that each robot's mission was cut into. Raises ``ValueError`` if this is not a run."""
     return int(read_record(require_run(folder) / RUN_FILE, "run")["parts"])
 
 
 def load_maps(folder: Path) -> MapSet:
-    """The map set of a run, from its map files alone.
+    """Load the map set of a run from its map files alone.
 
     Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong.
     """
@@ -163,7 +164,7 @@ def load_maps(folder: Path) -> MapSet:
 
 
 def true_rasters(folder: Path, maps: MapSet) -> tuple[OccupancyGrid, dict[str, OccupancyGrid]]:
-    """The world's true raster, and of each map the part of it that its robot could have seen.
+    """Load the true raster of the world, and the true footprint of each map by name.
 
     Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong.
     """
@@ -172,9 +173,9 @@ def true_rasters(folder: Path, maps: MapSet) -> tuple[OccupancyGrid, dict[str, O
 
 
 def load_log(folder: Path, name: str) -> RobotLog:
-    """The log that the robot of that map brought home.
+    """Load the robot log behind a map.
 
-    Raises ``ValueError`` or ``OSError`` naming the file that is missing, wrong, or the log of another.
+    Raises ``ValueError`` or ``OSError`` naming the file that is missing, wrong, or the log of another robot.
     """
     path = folder / name / LOG_FILE
     log = load_robot_log(path)
@@ -186,7 +187,7 @@ def load_log(folder: Path, name: str) -> RobotLog:
 def _check_names(names: tuple[str, ...]) -> None:
     for name in names:
         if not _NAME.fullmatch(name):
-            raise ValueError(f"name is {name[:100]!r}, must be letters, digits and underscores, a letter first")
+            raise ValueError(f"name is {name[:100]!r}, must be letters, digits and underscores, with a letter first")
         if names.count(name) > 1:
             raise ValueError(f"name is {name!r} more than once")
 
@@ -194,28 +195,28 @@ def _check_names(names: tuple[str, ...]) -> None:
 def _map_file(folder: Path, name: str) -> Path:
     file = safe_path(folder, name)
     if file is None:
-        raise ValueError(f"file is {name[:100]!r}, outside the run's folder")
+        raise ValueError(f"file is {name[:100]!r}, must lie inside the run's folder")
     if file.relative_to(folder).parts[:1] in ((TRUTH_FOLDER,), (MISSION_FOLDER,)):
-        raise ValueError(f"file is {name[:100]!r}, which tells the truth: the merger may not read it")
+        raise ValueError(f"file is {name[:100]!r}, must not be part of the truth, which the merger may not read")
     return file
 
 
 def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:
-    """Note what a stage took, beside the stages before it."""
+    """Add the times of a stage to a run's timings.json."""
     write_files_atomically(timings_file(folder, read_timings(folder), stage, seconds))
 
 
 def timings_file(folder: Path, before: Timings, stage: str, seconds: Mapping[str, float]) -> dict[Path, bytes]:
-    """A run's timings with those of one more stage, as bytes."""
+    """Return timings.json with the times of one more stage, as bytes."""
     timings = {**before, stage: {name: round(value, 4) for name, value in seconds.items()}}
     path = folder / TIMINGS_FILE
     return {path: record_bytes(path, "timings", {"unit": "s", **timings})}
 
 
 def read_timings(folder: Path) -> Timings:
-    """A run's timings, empty where there are none.
+    """Read a run's timings; empty if there are none.
 
-    Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` where it cannot be read.
+    Raises ``ValueError`` naming the file and the fault, ``OSError`` if it cannot be read.
     """
     path = folder / TIMINGS_FILE
     timings = read_record(path, "timings") if path.exists() else {}

@@ -1,4 +1,4 @@
-"""A robot of a run with all that is known of it, for programs that read other formats."""
+"""Robots of a run with their logs, maps and true trajectories, for export."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from sim.mission.mission import Mission
 
 @dataclass(frozen=True, eq=False)
 class RunRobot:
-    """A robot's ``name``, the ``log`` it brought home, its disguised map ``grid``, and ``world_from_base``, where it
-    truly was at the stamps of the log. Where a mission was cut in time, each part of a robot's has a name of its own.
+    """Hold a robot's ``name``, its ``log``, its map ``grid`` in a perturbed frame, and its true poses
+    ``world_from_base`` at the stamps of the log. If a mission was cut in time, each part is a robot of its own.
 
-    Raises ``ValueError`` where truth and log have different stamps.
+    Raises ``ValueError`` if truth and log have different stamps.
     """
 
     name: str
@@ -31,16 +31,16 @@ class RunRobot:
 
     def __post_init__(self) -> None:
         if not np.array_equal(self.log.odometry.stamps, self.world_from_base.stamps):
-            raise ValueError(f"{self.name}: log and truth have different stamps; they are not of one mission")
+            raise ValueError(f"{self.name}: log and truth have different stamps; they are of different missions")
 
 
 def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
-    """The robots of a run, in order. Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong."""
+    """Load the robots of a run. Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong."""
     maps = run_folder.load_maps(run)
     mission_folder = run_folder.mission_folder(run)
     paths = _true_paths(load_mission(mission_folder), run_folder.parts(run))
     if tuple(paths) != maps.names:
-        raise ValueError(f"{mission_folder}: is of {', '.join(paths)}, but the run has {', '.join(maps.names)}")
+        raise ValueError(f"{mission_folder}: holds {', '.join(paths)}, but the run has {', '.join(maps.names)}")
     return tuple(
         RunRobot(name, run_folder.load_log(run, name), grid, paths[name])
         for name, grid in zip(maps.names, maps.grids, strict=True)
@@ -48,7 +48,7 @@ def load_run_robots(run: Path) -> tuple[RunRobot, ...]:
 
 
 def _true_paths(mission: Mission, parts: int) -> dict[str, Trajectory]:
-    """Where the robot of each map truly was."""
+    """Return the true trajectory behind each map."""
     cuts = [
         truth.trajectory.part(*part_bounds(len(truth.scans), part, parts))
         for truth in mission.robots

@@ -1,4 +1,4 @@
-"""From a clean mission to a team's maps and their truth: sense, map, disguise, fit."""
+"""Sample of a mission: a team's maps and their ground truth."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from sim.sensors.noise import SensedLog, sense
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A team's maps as the merger gets them, the logs they were drawn from, the truth, and the true places behind."""
+    """Hold a team's maps as the merger gets them, the logs behind them, the truth, and the true footprints."""
 
     maps: MapSet
     logs: tuple[RobotLog, ...]
@@ -52,7 +52,7 @@ class _MapSample:
 
 
 def sample_steps(robots: int, parts: int) -> int:
-    """Of how many steps ``make_sample`` tells: what each map and each pair truly show, then each map."""
+    """Count the progress steps of ``make_sample``: the footprint of each map, the overlap of each pair, each map."""
     maps = robots * parts
     return maps + maps * (maps - 1) // 2 + maps
 
@@ -63,10 +63,10 @@ def make_sample(
     places: TrueFootprints | None = None,
     on_step: Callable[[], None] = lambda: None,
 ) -> Sample:
-    """Sense, map and disguise a mission once; the same settings give the same sample.
+    """Sense a mission, build the maps, and perturb their frames; the same settings give the same sample.
 
-    ``places`` may be had once for many samples of one mission and one number of parts. ``on_step`` is called after
-    each of ``sample_steps``. Raises ``ValueError`` where a robot saw nothing to map.
+    ``places`` can be shared by samples of one mission with the same number of parts. ``on_step`` is called after each
+    of ``sample_steps``. Raises ``ValueError`` if a robot observed nothing to map.
     """
     if places is None:
         seen = ObservedSlices(mission, (settings.parts,), settings.mapping.clear_range)
@@ -75,9 +75,9 @@ def make_sample(
         sense(truth, settings.sensing.noise_of(lidar), settings.seed, index)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
     ]
-    disguises = draw_frame_perturbations(settings.seed, len(places.maps), settings.perturbation)
+    perturbations = draw_frame_perturbations(settings.seed, len(places.maps), settings.perturbation)
     made = []
-    for place, start_from_map in zip(places.maps, disguises, strict=True):
+    for place, start_from_map in zip(places.maps, perturbations, strict=True):
         made.append(_make_map(sensed[place.robot], place, settings, start_from_map))
         on_step()
     names = places.names
@@ -96,7 +96,7 @@ def make_sample(
 
 
 def lidar_names(mission: Mission) -> tuple[str, ...]:
-    """The preset of each robot's lidar."""
+    """Name the preset of each robot's lidar."""
     return tuple(robot.lidar.model for robot in mission.settings.robots)
 
 

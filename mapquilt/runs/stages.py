@@ -1,4 +1,4 @@
-"""The four stages of the main job, each usable alone on what the one before left on disk."""
+"""Stages of a run: simulate, sense and score; each reads the files of the stage before."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from sim.mission.settings import MissionSettings
 from worlds.world import World
 
 SimulationProgress = Callable[[float], None]
-"""Called with the time done [s]."""
+"""Called with the simulated time [s]."""
 
 
 def simulate_run(
@@ -46,14 +46,14 @@ def simulate_run(
     replay: Sequence[Trajectory] = (),
     on_mapping: Progress | None = None,
 ) -> Sample:
-    """Drive the robots, sense, map, disguise, and write the whole run."""
+    """Simulate a mission, sense and map it, perturb the frames of the maps, and write the run."""
     run_folder.refuse_foreign(out)
     mission, times = simulate(world, mission_settings, seed, on_progress, replay, sample_settings.mapping.clear_range)
     return write_run(out, mission, sample_settings, {"simulate": dataclasses.asdict(times)}, on_mapping)
 
 
 def sense_run(run: Path, out: Path, settings: SampleSettings, on_mapping: Progress | None = None) -> Mission:
-    """Make another run of a stored mission, without the simulator."""
+    """Write another run of a stored mission, without simulating it again."""
     run_folder.refuse_foreign(out)
     mission = load_mission(run_folder.mission_folder(run))
     write_run(out, mission, settings, {}, on_mapping)
@@ -67,7 +67,7 @@ def write_run(
     timings: dict[str, dict[str, float]],
     on_progress: Progress | None = None,
 ) -> Sample:
-    """Make the maps of a mission and write the run, whole or not at all."""
+    """Make the maps of a mission and write the run atomically."""
     step = _counted(on_progress, sample_steps(len(mission.robots), settings.parts) + 1)
     start = time.perf_counter()
     sample = make_sample(mission, settings, on_step=step)
@@ -85,7 +85,7 @@ def write_run(
 
 
 def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
-    """Tells of no step now, and of one more at each call."""
+    """Report zero steps now, and one more step at each call of the result."""
     counter = itertools.count()
 
     def step() -> None:
@@ -97,7 +97,7 @@ def _counted(on_progress: Progress | None, total: int) -> Callable[[], None]:
 
 
 def score_run(run: Path) -> RunScore:
-    """Compare a run's answer with its truth, and write score.json and overview.png, or neither."""
+    """Evaluate a run's merge against its truth, and write score.json and overview.png, both or neither."""
     from mapquilt.viz.overview import overview_figure
 
     maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
@@ -139,7 +139,7 @@ def _info(pair: PairResult) -> PairInfo:
 
 
 def _merged_groups(run: Path, answer: MergeAnswer) -> list[tuple[GroupRecord, OccupancyGrid]]:
-    """The groups whose merged map was written, with it."""
+    """Load the merged map of each group that has one."""
     return [
         (group, load_map(run / f"{group.merged}.yaml").grid)
         for group in answer.groups
@@ -151,7 +151,9 @@ def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTr
     known = [robot.name for robot in truth.robots]
     for name in maps.names:
         if known.count(name) != 1:
-            raise ValueError(f"{run / run_folder.TRUTH_FILE}: tells {known.count(name)} times of the map {name!r}")
+            raise ValueError(
+                f"{run / run_folder.TRUTH_FILE}: has the map {name!r} {known.count(name)} times, must be once"
+            )
     for name in (
         *({answer.reference} - answer.added),
         *answer.reference_from_map,
@@ -165,5 +167,5 @@ def _check_of_one_run(run: Path, maps: MapSet, answer: MergeAnswer, truth: RunTr
 
 
 def run_seed(run: Path) -> int:
-    """The seed that made a run's noise and disguise."""
+    """Return the seed of a run's noise and frame perturbations."""
     return int(read_record(run_folder.require_run(run) / run_folder.RUN_FILE, "run")["sample_seed"])

@@ -25,15 +25,15 @@ from worlds.raster import true_raster
 
 
 def part_bounds(scans: int, part: int, parts: int) -> tuple[int, int]:
-    """Return the first scan of a part and the first after it, if a robot's scans are cut into ``parts`` equal parts."""
+    """Return the first scan of a part and the first of the next, if the scans are cut into ``parts`` equal parts."""
     return scans * part // parts, scans * (part + 1) // parts
 
 
 class ObservedSlices:
-    """Find the cells that robots observed in parts of their time, looking at no scan twice.
+    """Cache the cells that robots observed in parts of a mission, so that no scan is traced twice.
 
-    ``cuts`` are the numbers of equal parts that each robot's time will be cut into; ``clear_range`` [m] is the range
-    that beams without a return clear.
+    ``cuts`` are the numbers of equal parts that the mission will be cut into; ``clear_range`` [m] is the range that
+    beams without a return clear.
     """
 
     def __init__(self, mission: Mission, cuts: Iterable[int], clear_range: float = 0.0) -> None:
@@ -45,7 +45,7 @@ class ObservedSlices:
     def seen(self, robot: int, start: int, stop: int, world: GridFrame) -> NDArray[np.bool_]:
         """Mark the cells (rows, cols) of the world's raster that a robot observed from scan ``start`` to ``stop - 1``.
 
-        Its time must be cut at both.
+        Both must be bounds of parts.
         """
         scans = len(self._robots[robot].scans)
         bounds = {bound for parts in self._cuts for part in range(parts) for bound in part_bounds(scans, part, parts)}
@@ -64,8 +64,8 @@ class ObservedSlices:
 
 @dataclass(frozen=True, eq=False)
 class TrueMap:
-    """One map to be: scans ``start`` to ``stop - 1`` of one robot, their truth, and the true raster of the cells that
-    they observe."""
+    """Hold the truth behind one map: scans ``start`` to ``stop - 1`` of one robot, and the true raster of the cells
+    that they observe."""
 
     name: str
     robot: int
@@ -77,7 +77,7 @@ class TrueMap:
 
 @dataclass(frozen=True, eq=False)
 class TrueFootprints:
-    """True raster of the world, the maps to be, and the overlap of each pair (target before source)."""
+    """Hold the true raster of the world, the truth behind each map, and the overlap of each pair (target first)."""
 
     world: OccupancyGrid
     maps: tuple[TrueMap, ...]
@@ -111,8 +111,8 @@ def true_footprints(
 ) -> TrueFootprints:
     """Cut each robot's mission into parts of equal time, and find the footprint of each part.
 
-    ``seen`` holds the observed cells of the same mission, cut into as many parts among others. ``on_step`` is called
-    after each map and each pair. Raises ``ValueError`` if the mission has fewer scans than parts.
+    ``seen`` caches the observed cells of this mission; its cuts must include ``parts``. ``on_step`` is called after
+    each map and each pair. Raises ``ValueError`` if the mission has fewer scans than parts.
     """
     check_parts(parts)
     seen = seen or ObservedSlices(mission, (parts,))

@@ -1,4 +1,4 @@
-"""The truth of a run, in a file of its own that the merger never opens."""
+"""truth.json: the ground truth of a run, which the merger never opens."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapquilt.json_file import read_record, similarity_from_record, similarity_record, write_record
 
-SCHEMA = "mapquilt-truth/1"
+SCHEMA = "mapquilt-truth/2"
 
 
 @dataclass(frozen=True)
 class RobotOrigin:
-    """Where a robot started, ``world_from_start``, how its map was disguised, ``start_from_map``, and where it lies."""
+    """Hold a robot's start ``world_from_start``, the frame perturbation of its map ``start_from_map``, and the truth
+    of its map."""
 
     name: str
     world_from_start: SE2
@@ -27,7 +28,7 @@ class RobotOrigin:
 
 @dataclass(frozen=True)
 class RunTruth:
-    """The truth of all maps, in order, and of each pair (target before source)."""
+    """Hold the truth of all maps, in order, and of each pair (target first)."""
 
     robots: tuple[RobotOrigin, ...]
     pairs: dict[tuple[str, str], PairTruth]
@@ -36,7 +37,7 @@ class RunTruth:
         for robot in self.robots:
             if robot.name == name:
                 return robot
-        raise ValueError(f"the truth knows no map called {name!r}")
+        raise ValueError(f"the truth has no map {name!r}")
 
 
 def save_truth(path: Path, truth: RunTruth) -> None:
@@ -67,13 +68,13 @@ def _pair_record(target: str, source: str, pair: PairTruth) -> dict[str, Any]:
         "residual_m": pair.residual,
         "overlap": pair.footprints.overlap,
         "identifiable": pair.footprints.identifiability.identifiable,
-        "true_agreement": pair.footprints.identifiability.score,
-        "rival_agreement": pair.footprints.identifiability.second_best,
+        "true_score": pair.footprints.identifiability.score,
+        "second_best_score": pair.footprints.identifiability.second_best,
     }
 
 
 def load_truth(path: Path) -> RunTruth:
-    """Read the truth. Raises ``ValueError`` or ``OSError`` naming the file and what is wrong."""
+    """Read the truth, of this schema or the one before. Raises ``ValueError`` or ``OSError`` naming file and fault."""
     record = read_record(path, "truth")
     robots = tuple(_robot(entry) for entry in record["robots"])
     return RunTruth(robots, {(entry["target"], entry["source"]): _pair(entry) for entry in record["pairs"]})
@@ -99,5 +100,5 @@ def _pair(entry: dict[str, Any]) -> PairTruth:
         entry["fitted"],
         entry["common_wall_cells"],
         entry["residual_m"],
-        PairOverlap(entry["overlap"], Identifiability(entry["true_agreement"], entry["rival_agreement"])),
+        PairOverlap(entry["overlap"], Identifiability(entry["true_score"], entry["second_best_score"])),
     )

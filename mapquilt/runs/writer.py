@@ -1,4 +1,4 @@
-"""The files of a run that its maps and their truth go into."""
+"""Files of a run that hold its maps, logs and truth."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mapquilt.runs.truth_file import save_truth
 from mapquilt.settings import SampleSettings
 from sim.mission.mission import Mission
 
-RUN_SCHEMA = "mapquilt-run/1"
+RUN_SCHEMA = "mapquilt-run/2"
 MAPS_SCHEMA = "mapquilt-maps/1"
 
 
@@ -27,7 +27,7 @@ def fill_run(
     sample: Sample,
     mission_path: str = run_folder.MISSION_FOLDER,
 ) -> None:
-    """Write a sample's maps, logs and truth into a folder; ``mission_path`` leads from there to its mission."""
+    """Write a sample's maps, logs and truth into a folder; ``mission_path`` is the relative path to its mission."""
     write_record(folder / run_folder.RUN_FILE, "run", _run_record(mission, settings, sample, mission_path))
     _write_maps(folder, sample)
     save_truth(folder / run_folder.TRUTH_FILE, sample.truth)
@@ -52,7 +52,7 @@ def _run_record(mission: Mission, settings: SampleSettings, sample: Sample, miss
         "noise": settings.sensing.noise,
         "noise_components": dict(settings.sensing.components),
         "poses": settings.mapping.poses,
-        "disguise": {
+        "frame_perturbation": {
             "scale": [settings.perturbation.scale_low, settings.perturbation.scale_high],
             "max_yaw": settings.perturbation.max_yaw,
             "max_offset": settings.perturbation.max_offset,

@@ -21,6 +21,7 @@ from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
 from mapquilt.jobs.journal import job_folder
+from mapquilt.json_file import read_record
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import heed_interrupts, refused
 
@@ -306,6 +307,27 @@ def test_loader_gives_typed_lazy_samples_and_pairs(tiny):
     assert np.array_equal(pair.target.log_odds, data.samples[0].maps().grids[0].log_odds)
     assert len(pair.map_set()) == 2
     assert not pair.map_set().resolutions_trusted
+
+
+def test_a_data_set_of_the_first_schemas_is_read_with_the_new_names(tiny, tmp_path):
+    new_names = {
+        "disguise": "frame_perturbation",
+        "true_agreement": "true_score",
+        "rival_agreement": "second_best_score",
+    }
+    old = tmp_path / "old"
+    shutil.copytree(tiny, old)
+    for file in (old / "manifest.jsonl", *old.glob("samples/*/run.json"), *old.glob("samples/*/truth.json")):
+        text = re.sub('(mapquilt-(manifest|run|truth))/2"', '\\1/1"', file.read_text())
+        for before, after in new_names.items():
+            text = text.replace(f'"{after}"', f'"{before}"')
+        assert text != file.read_text()
+        file.write_text(text)
+    assert read_manifest(old) == read_manifest(tiny)
+    sample = "samples/000000"
+    for kind in ("run", "truth"):
+        assert read_record(old / sample / f"{kind}.json", kind) == read_record(tiny / sample / f"{kind}.json", kind)
+    assert mapquilt.load_dataset(old).samples[0].truth() == mapquilt.load_dataset(tiny).samples[0].truth()
 
 
 def test_a_torch_style_dataset_takes_five_lines(tiny):

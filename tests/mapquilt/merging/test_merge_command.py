@@ -12,7 +12,7 @@ import yaml
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.io.map_file import load_map, save_map
-from mapquilt.merging.merge_schema import OLD_SCHEMA, RENAMED, read_merge_record
+from mapquilt.json_file import OLD_EVIDENCE, read_record
 from mapquilt.merging.transforms_file import transforms_text
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import office_map, refused
@@ -73,16 +73,16 @@ def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_a
 
 def test_a_record_of_the_first_schema_is_read_with_the_new_names(merged_two: Path, tmp_path: Path) -> None:
     new = record(merged_two)
-    old = json.loads(json.dumps(new)) | {"schema": OLD_SCHEMA}
+    old = json.loads(json.dumps(new)) | {"schema": "mapquilt-merge/1"}
     for pair in old["pairs"]:
-        pair["evidence"] = {before: pair["evidence"][after] for before, after in RENAMED.items()} | {
-            name: value for name, value in pair["evidence"].items() if name not in RENAMED.values()
+        pair["evidence"] = {before: pair["evidence"][after] for before, after in OLD_EVIDENCE.items()} | {
+            name: value for name, value in pair["evidence"].items() if name not in OLD_EVIDENCE.values()
         }
         for other in pair["alternatives"]:
             other["agreement"] = other.pop("score")
     (tmp_path / "merge.json").write_text(json.dumps(old))
     assert "walls_on_walls" in old["pairs"][0]["evidence"]
-    assert read_merge_record(tmp_path / "merge.json") == new
+    assert read_record(tmp_path / "merge.json", "merge") == new
 
 
 def test_a_run_takes_another_map_and_is_scored_on_its_own(fresh_run: Path, tmp_path: Path) -> None:
