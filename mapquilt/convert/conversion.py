@@ -13,6 +13,7 @@ from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import save_tum
 from mapquilt.convert.convert_map import convert_map
+from mapquilt.convert.rosbags_extra import rosbags_extra
 from mapquilt.runs.folder import require_run
 from mapquilt.runs.robot import RunRobot, load_run_robots
 
@@ -111,10 +112,6 @@ def _write_carmen(folder: Path, robots: Sequence[RunRobot]) -> None:
 
 
 def _write_bag(folder: Path, robots: Sequence[RunRobot]) -> None:
-    try:
+    with rosbags_extra():
         from mapquilt.convert.ros_bag import write_bag
-    except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] != "rosbags":
-            raise
-        raise ImportError("a ROS bag needs the package rosbags: pip install mapquilt[ros]") from None
     write_bag(folder, robots)
