@@ -1,4 +1,4 @@
-"""mapquilt's files for other programs, and map files for each other."""
+"""Conversion of runs and logs to the formats of other programs, and of map files to one another."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BY_ENDING: dict[str, Format] = {
 
 @dataclass(frozen=True)
 class Conversion:
-    """What was written, in one line, and what was odd about the source, one line each."""
+    """Hold one line on the written files, and warnings about the source, one line each."""
 
     summary: str
     warnings: tuple[str, ...] = ()
@@ -36,14 +36,14 @@ class Conversion:
 def convert(
     source: Path, out: Path, to: Format | None = None, mode: Mode | None = None, unknown_grey: int | None = None
 ) -> Conversion:
-    """Write ``source``, a map file, a robot's log or a run folder, as ``out``, whole or not at all.
+    """Convert ``source``, a map file, a robot's log or a run folder, to ``out``, atomically.
 
-    A map becomes a map, in ``mode`` and with ``unknown_grey`` read as unknown; a log becomes a TUM or CARMEN file; a
-    run becomes a folder of TUM or CARMEN files or of a ROS 2 bag. ``to`` may be left out where the ending of ``out``
-    tells it. A file of that name is replaced, but never the source; a folder must be new or empty.
+    A map is written in ``mode``, with the grey ``unknown_grey`` read as unknown. A log is written as a TUM or CARMEN
+    file, a run as a folder of TUM or CARMEN files or as a ROS 2 bag. ``to`` defaults to the format that the extension
+    of ``out`` names. An existing file is replaced, but never the source; a folder must be new or empty.
 
-    Raises ``ValueError`` or ``OSError`` naming what cannot be read or written, ``ImportError`` where the bag writer is
-    not installed.
+    Raises ``ValueError`` or ``OSError`` naming the file that cannot be read or written, ``ImportError`` if the bag
+    writer is not installed.
     """
     to = to or _by_ending(out)
     if to != "map" and (mode is not None or unknown_grey is not None):
@@ -55,19 +55,19 @@ def convert(
     if source.suffix.lower() == ".npz":
         return _convert_log(source, out, to)
     if to != "map":
-        raise ValueError(f"{source}: a map cannot become {to}; name a run folder or a robot's log.npz")
+        raise ValueError(f"{source}: a map cannot be converted to {to}; give a run folder or a robot's log.npz")
     return Conversion(f"{out}: map", convert_map(source, out, mode or "trinary", unknown_grey))
 
 
 def _by_ending(out: Path) -> Format:
     if out.suffix.lower() not in _BY_ENDING:
-        raise ValueError(f"{out}: the ending does not tell the format; say --to {', '.join(get_args(Format))}")
+        raise ValueError(f"{out}: the extension names no format; add --to with one of {', '.join(get_args(Format))}")
     return _BY_ENDING[out.suffix.lower()]
 
 
 def _convert_log(source: Path, out: Path, to: Format) -> Conversion:
     if to not in ("tum", "carmen"):
-        raise ValueError(f"{source}: a robot's log becomes tum or carmen, not {to}")
+        raise ValueError(f"{source}: a robot's log can be converted to tum or carmen, not {to}")
     if not out.parent.is_dir():
         raise ValueError(f"{out.parent}: no such folder")
     log = load_robot_log(source)
@@ -80,7 +80,7 @@ def _convert_log(source: Path, out: Path, to: Format) -> Conversion:
 
 def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
     if to == "map":
-        raise ValueError(f"{run}: a run has several maps; name one of them, such as {run / 'robot_0' / 'map.yaml'}")
+        raise ValueError(f"{run}: a run has several maps; give one of them, such as {run / 'robot_0' / 'map.yaml'}")
     _require_new_folder(out)
     robots = load_run_robots(run)
     write = {"tum": _write_tum, "carmen": _write_carmen, "rosbag": _write_bag}[to]
@@ -91,11 +91,11 @@ def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
 
 def _require_new_folder(out: Path) -> None:
     if out.suffix.lower() in _BY_ENDING:
-        raise ValueError(f"{out}: a run becomes a folder; name one without {out.suffix}")
+        raise ValueError(f"{out}: a run is written as a folder; choose a name without {out.suffix}")
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out}: exists and is not a folder")
     if out.exists() and any(out.iterdir()):
-        raise ValueError(f"{out}: is not empty; name a new folder")
+        raise ValueError(f"{out}: is not empty; choose a new folder")
 
 
 def _write_tum(folder: Path, robots: Sequence[RunRobot]) -> None:

@@ -1,4 +1,4 @@
-"""One map file as another."""
+"""Conversion of one map file to another."""
 
 from __future__ import annotations
 
@@ -18,13 +18,12 @@ PictureKind = Literal["pgm", "png"]
 
 
 def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: int | None) -> tuple[str, ...]:
-    """Write the map at ``source`` as ``out``, which ends in .yaml, .pgm or .png, and return what was odd about it.
+    """Write the map at ``source`` to ``out``, which ends in .yaml, .pgm or .png, and return the warnings.
 
-    YAML and picture are written, of one name; a ``.yaml`` gets a PGM, or in scale mode a PNG. Resolution, origin and
-    yaw keep every bit. Where the source is a bare picture no resolution is known, and only a picture is written. Where
-    ``out`` is a link, the map is written where it leads.
+    YAML and picture are written under one name; a ``.yaml`` gets a PGM, or in scale mode a PNG. Resolution, origin and
+    yaw are exact. A picture without YAML has no resolution, so only a picture is written. A link is followed.
 
-    Raises ``ValueError`` or ``OSError`` naming the file that cannot be read, is no map, or would replace the source.
+    Raises ``ValueError`` or ``OSError`` naming a file that cannot be read, is not a map, or would replace the source.
     """
     if out.is_symlink():
         out = Path(os.path.realpath(out))  # so that YAML and picture lie side by side where the link leads
@@ -46,13 +45,13 @@ def _picture_kind(out: Path, mode: Mode) -> PictureKind:
     if out.suffix not in (".pgm", ".png"):
         raise ValueError(f"{out}: a map must end in .yaml, .pgm or .png")
     if out.suffix == ".pgm" and mode == "scale":
-        raise ValueError(f"{out}: a PGM cannot hold what is unknown in scale mode; write a .png")
+        raise ValueError(f"{out}: a PGM cannot mark unknown cells in scale mode; write a .png")
     return "png" if out.suffix == ".png" else "pgm"
 
 
 def _save_bare(source: Path, grid: OccupancyGrid, out: Path, mode: Mode, kind: PictureKind) -> None:
     if out.suffix == ".yaml":
-        raise ValueError(f"{source}: a bare picture has no resolution that a YAML could state; write a .pgm or .png")
+        raise ValueError(f"{source}: a picture without YAML has no resolution; write a .pgm or .png")
     if mode != "trinary":
-        raise ValueError(f"{source}: mode {mode} needs a YAML to say so, and a bare picture has none")
+        raise ValueError(f"{source}: mode {mode} needs a YAML, which a bare picture lacks")
     write_bytes_atomically(out, picture_bytes(picture_of_grid(grid, mode), kind))

@@ -1,14 +1,14 @@
-"""A run as a ROS 2 bag, for slam_toolbox, cartographer and map mergers to run on. Needs the extra ``[ros]``.
+"""ROS 2 bag of a run, as input of slam_toolbox, cartographer and map mergers. Needs the extra ``[ros]``.
 
 /tf_static                 base_link -> lidar of every robot
 /tf                        odom -> base_link, at the stamp of each scan
 /NAME/odom                 nav_msgs/Odometry, the same pose with its twist
 /NAME/ground_truth         nav_msgs/Odometry in the frame ``world``; no part of tf, where base_link has a parent already
 /NAME/scan                 sensor_msgs/LaserScan
-/NAME/map                  nav_msgs/OccupancyGrid, the robot's disguised map, when its last scan is in
+/NAME/map                  nav_msgs/OccupancyGrid, the robot's map in its perturbed frame, after its last scan
 
-The frames are ``NAME/map``, ``NAME/odom``, ``NAME/base_link`` and ``NAME/lidar``. ``map -> odom`` is left out: it is
-for the mapper that is run on the bag to find, and two publishers of it would fight.
+The frames are ``NAME/map``, ``NAME/odom``, ``NAME/base_link`` and ``NAME/lidar``. ``map -> odom`` is left out:
+the mapper that runs on the bag publishes it, and two publishers would conflict.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _FOREVER = QosTime(9223372036, 854775807)
 def write_bag(folder: Path, robots: Sequence[RunRobot]) -> None:
     """Write ``bag.mcap`` and ``metadata.yaml`` into a folder that holds neither; the same robots give the same bytes.
 
-    Bag time is the log's time plus ``BAG_START``. Raises ``ValueError`` where ROS cannot
-    tell a stamp, ``OSError`` where the folder cannot be written.
+    Bag time is the log's time plus ``BAG_START``. Raises ``ValueError`` for a stamp that ROS time cannot hold,
+    ``OSError`` if the folder cannot be written.
     """
     moments = sorted(
         (ros_nanoseconds(scan.stamp), index, k)
@@ -57,7 +57,7 @@ def write_bag(folder: Path, robots: Sequence[RunRobot]) -> None:
 
 
 class _Bag:
-    """Messages go to topics, which are announced when first written to."""
+    """Write messages to topics, which are declared on first use."""
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer
@@ -73,7 +73,7 @@ class _Bag:
 
 
 def _quality(topic: str) -> Qos:
-    # Who comes late still gets a map and the static transforms.
+    # Late subscribers still get the map and the static transforms.
     latched = topic.endswith(("/map", "/tf_static"))
     return Qos(
         QosHistory.KEEP_LAST,
@@ -94,7 +94,7 @@ def _mounting(robot: RunRobot) -> ros.geometry_msgs__msg__TransformStamped:
 
 
 def _write_moment(bag: _Bag, robot: RunRobot, k: int, nanoseconds: int) -> None:
-    """All of one robot's messages of scan ``k``: tf first, so that the scan can be placed as it comes."""
+    """Write one robot's messages of scan ``k``, tf first, so that the scan can be transformed on arrival."""
     name, scan = robot.name, robot.log.scans[k]
     odom, base = f"{name}/odom", f"{name}/base_link"
     odom_from_base = robot.log.odometry.pose(k)
@@ -110,7 +110,7 @@ def _write_moment(bag: _Bag, robot: RunRobot, k: int, nanoseconds: int) -> None:
 
 
 def _twist(frame_from_base: Trajectory, k: int) -> tuple[float, float, float]:
-    """Mean velocity since the pose before, told in the base's frame there; 0 at the first."""
+    """Return the mean velocity since the previous pose, in the base frame of that pose; 0 at the first."""
     if k == 0:
         return 0.0, 0.0, 0.0
     before_from_now = frame_from_base.pose(k - 1).inverse() @ frame_from_base.pose(k)
@@ -119,7 +119,7 @@ def _twist(frame_from_base: Trajectory, k: int) -> tuple[float, float, float]:
 
 
 def _scan_time(frame_from_base: Trajectory, k: int) -> float:
-    """Time since the scan before [s]; at the first, until the next."""
+    """Return the time since the previous scan [s]; at the first, until the next."""
     if len(frame_from_base) == 1:
         return 0.0
     k = max(k, 1)

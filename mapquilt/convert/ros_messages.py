@@ -19,19 +19,19 @@ _UNKNOWN_COVARIANCE = np.zeros(36)
 
 
 def ros_nanoseconds(stamp: float) -> int:
-    """ROS time [ns] of a stamp [s]: ``BAG_START`` later.
+    """Convert a stamp [s] to ROS time [ns], which is ``BAG_START`` later.
 
-    Raises ``ValueError`` where ROS cannot tell that time: it has no negative time and 32 bits of seconds.
+    Raises ``ValueError`` if ROS time cannot hold it: not negative, 31 bits of seconds.
     """
     seconds = stamp + BAG_START
     if not 1e-9 <= seconds < 2**31 - 1:
-        raise ValueError(f"stamp {stamp} s plus {BAG_START} s is no time that ROS can tell")
+        raise ValueError(f"stamp {stamp} s plus {BAG_START} s does not fit into ROS time")
     return round(seconds * _NANOSECONDS)
 
 
 def laser_scan(scan: LidarScan, scan_time: float, frame: str) -> ros.sensor_msgs__msg__LaserScan:
-    """A sweep taken in an instant; ``scan_time`` [s] is the time between sweeps. +inf no return, -inf too close
-    (REP 117). ROS holds angles in single precision."""
+    """Convert a scan, taken at one instant; ``scan_time`` [s] is the time between scans. +inf means no return, -inf
+    too close (REP 117). ROS holds angles in single precision."""
     return ros.sensor_msgs__msg__LaserScan(
         header=_header(scan.stamp, frame),
         angle_min=scan.angle_min,
@@ -49,7 +49,8 @@ def laser_scan(scan: LidarScan, scan_time: float, frame: str) -> ros.sensor_msgs
 def odometry(
     stamp: float, frame_from_child: SE2, twist: tuple[float, float, float], frame: str, child: str
 ) -> ros.nav_msgs__msg__Odometry:
-    """A pose told in ``frame`` and a twist (x, y [m/s], yaw [rad/s]) told in ``child``; covariances 0, as unknown."""
+    """Build odometry from a pose in ``frame`` and a twist (x, y [m/s], yaw [rad/s]) in ``child``; covariances are 0,
+    which means unknown."""
     pose = ros.geometry_msgs__msg__Pose(
         position=ros.geometry_msgs__msg__Point(x=frame_from_child.x, y=frame_from_child.y, z=0.0),
         orientation=_quaternion(frame_from_child.yaw),
@@ -69,7 +70,7 @@ def odometry(
 def transform(
     stamp: float, parent_from_child: SE2, parent: str, child: str
 ) -> ros.geometry_msgs__msg__TransformStamped:
-    """tf's transform: the pose of ``child`` in ``parent``."""
+    """Build a tf transform, the pose of ``child`` in ``parent``."""
     return ros.geometry_msgs__msg__TransformStamped(
         header=_header(stamp, parent),
         child_frame_id=child,
@@ -81,7 +82,7 @@ def transform(
 
 
 def occupancy_grid(grid: OccupancyGrid, stamp: float, frame: str) -> ros.nav_msgs__msg__OccupancyGrid:
-    """The trinary map, row 0 lowest, x fastest. ROS holds the resolution in single precision."""
+    """Convert a grid to a trinary map, row 0 lowest, x fastest. ROS holds the resolution in single precision."""
     rows, cols = grid.frame.shape
     origin = grid.frame.origin
     info = ros.nav_msgs__msg__MapMetaData(

@@ -1,4 +1,4 @@
-"""Warnings and pictures of the method ``morphology``: ``mapquilt merge --method morphology --debug DIR``."""
+"""Intermediate steps of the method ``morphology``: ``mapquilt merge --method morphology --debug DIR``."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ DIRECTION_PICTURE = "3-direction.png"
 
 
 def refuse_debug(out: Path, settings: MergeSettings, sources: Sequence[Path]) -> None:
-    """Raise ``ValueError`` if the method has no steps to show, or the folder holds anything but such pictures."""
+    """Raise ``ValueError`` if the method has no steps to show, or if the folder holds other files."""
     if settings.method != METHOD:
         raise ValueError(f"--debug {out}: only --method {METHOD} has steps to show, not {settings.method}")
     if is_run(out):
-        raise ValueError(f"{out}: is a run; name another folder")
+        raise ValueError(f"{out}: is a run; choose another folder")
     refuse_foreign(out, RECORD_FILE)
 
 
@@ -44,9 +44,9 @@ def show_steps(maps: MapSet, settings: MergeSettings, debug: Path | None) -> tup
 
 
 def write_debug(out: Path, team: TeamSteps, on_progress: Callable[[int, int], None]) -> None:
-    """Write each step of each map, the corner pairs of each pair, a sheet of all maps and their numbers.
+    """Write pictures of each step of each map, the corner matches of each pair, an overview, and steps.json.
 
-    The folder appears whole or not at all; an older one is replaced.
+    The folder is written atomically; an older one is replaced.
     """
     from mapquilt.merging.morphology_steps import steps_record
     from mapquilt.viz.png import figure_png

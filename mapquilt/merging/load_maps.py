@@ -1,4 +1,4 @@
-"""The user's own map files as a map set."""
+"""Map files of the user as a map set."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from mapping.map_set import MapSet
 
 
 def load_map_files(paths: Sequence[Path], unknown_grey: int | None = None) -> tuple[MapSet, tuple[str, ...]]:
-    """The maps at these paths (map_server YAML, PGM or PNG) and the warnings of reading them.
+    """Load map files (map_server YAML, PGM or PNG) and return them with the warnings of reading.
 
-    A map is called after its file; where two files have one name, after its path. Grey level ``unknown_grey`` is
-    unknown whatever the files say. Raises ``ValueError`` or ``OSError`` naming the file that cannot be used, and
-    where a file is named twice, under whatever name, or stands alone.
+    A map is named after its file, or by its path if two files share a name. Grey level ``unknown_grey`` means unknown
+    whatever the files say. Raises ``ValueError`` or ``OSError`` naming a file that cannot be used or is given twice,
+    and if there is only one.
     """
     if len(paths) < 2:
-        raise ValueError(f"{paths[0]}: one map alone cannot be merged; name at least two, or a run folder")
+        raise ValueError(f"{paths[0]}: one map cannot be merged; give at least two, or a run folder")
     for path in paths:
         if path.is_dir():
-            raise ValueError(f"{path}: is a folder; name map files, or one run folder alone")
+            raise ValueError(f"{path}: is a folder; give map files, or one run folder")
     loaded = [require_known(load_map(path, unknown_grey=unknown_grey)) for path in paths]
     for path, entry in zip(paths, loaded, strict=True):
         if np.unique(entry.grid.occupancy()).size == 1:
             says = "occupied" if entry.grid.occupied.any() else "free"
-            raise ValueError(f"{path}: every cell of the map is {says}, so there is nothing to merge it by")
+            raise ValueError(f"{path}: every cell of the map is {says}, so nothing can be matched")
     for first, second in itertools.combinations(paths, 2):
         if first == second:
-            raise ValueError(f"{first}: is named twice; a map is not merged with itself")
+            raise ValueError(f"{first}: is given twice; a map cannot be merged with itself")
         if first.samefile(second):
-            raise ValueError(f"{first} and {second} are one file; a map is not merged with itself")
+            raise ValueError(f"{first} and {second} are the same file; a map cannot be merged with itself")
     stems = [path.stem for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
     warnings = tuple(f"{path}: {text}" for path, entry in zip(paths, loaded, strict=True) for text in entry.warnings)

@@ -1,4 +1,4 @@
-"""What an older merge still says when a map is added or has grown."""
+"""Results of an earlier merge that remain valid when a map is added or has changed."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from merge.settings import MergeSettings
 
 
 def answers_before(folder: Path, maps: MapSet, settings: MergeSettings, seed: int) -> dict[tuple[str, str], PairResult]:
-    """What a merge that is there says of pairs whose maps have not changed since, each by itself; nothing where it was
-    made with other settings."""
+    """Return the earlier results of pairs whose maps have not changed, with the pairs' own verdicts; empty if the
+    earlier merge had other settings."""
     record = read_merge(folder)
     scale = settings.scale or maps.scale_range
     wanted = settings_record(settings, scale, seed)

@@ -1,4 +1,4 @@
-"""The merger's answer as merge.json has it, and back."""
+"""merge.json: write and read the result of a merge."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class MergeTree:
 
 
 RECORDED_APART = ("method", "scale", "as_published", "reference", "fusion", "acceptance.min_confidence")
-"""Settings with a field of their own in merge.json."""
+"""Settings that have their own field in merge.json."""
 
 
 def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> dict[str, Any]:
-    """The record of a merge: one entry per map, one per group, one per unordered pair; schema ``merge``."""
+    """Build the content of merge.json: one entry per map, per group and per unordered pair."""
     maps = inputs.maps
     return {
         "schema": SCHEMA,
@@ -51,7 +51,7 @@ def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result
 
 
 def settings_record(settings: MergeSettings, scale: ScaleRange, seed: int) -> dict[str, Any]:
-    """What the answers of pairs depend on, beside their maps."""
+    """Build the record of everything that the results of pairs depend on, apart from their maps."""
     return {
         "method": settings.title,
         "scale": _scale_text(scale),
@@ -67,7 +67,7 @@ def settings_record(settings: MergeSettings, scale: ScaleRange, seed: int) -> di
 
 
 def group_stems(index: int) -> tuple[str, str]:
-    """What the merged map and the conflicts of a group are called, without endings."""
+    """Name the merged map and the conflicts of a group, without file extensions."""
     number = f"_{index + 1}" if index else ""
     return f"{run_folder.MERGED_NAME}{number}", f"{run_folder.CONFLICTS_NAME}{number}"
 
@@ -87,7 +87,7 @@ def _group_record(group: MergedGroup, index: int) -> dict[str, Any]:
 
 
 def has_files(group: MergedGroup, index: int) -> bool:
-    """Whether a group's merged map is written: the first's always, a map that stands alone is its own."""
+    """Check if a group's merged map is written: always for the first group, otherwise only if maps were joined."""
     return index == 0 or len(group.reference_from_map) > 1
 
 
@@ -135,7 +135,7 @@ def _pair_record(pair: PairResult) -> dict[str, Any]:
 
 
 def read_pair(entry: dict[str, Any]) -> PairResult:
-    """The answer that a record of a pair holds."""
+    """Read the result of a pair from its record."""
     transform, pixels, covariance = (
         entry[name] for name in ("target_from_source", "target_from_source_pixels", "covariance")
     )
@@ -165,7 +165,7 @@ def _read_refusal(text: str | None) -> Refusal | None:
 
 @dataclass(frozen=True)
 class GroupRecord:
-    """What merge.json says of maps that were joined; ``merged`` is what their merged map is called, or None."""
+    """Hold a group of joined maps as merge.json lists it; ``merged`` is the name of the merged map, or None."""
 
     reference: str
     reference_from_map: dict[str, Similarity2]
@@ -174,8 +174,8 @@ class GroupRecord:
 
 @dataclass(frozen=True)
 class MergeAnswer:
-    """Content of the merge.json of a run: the method, the pairs in order, the transforms of the joined maps into the
-    reference's frame, and all groups, that of the reference first."""
+    """Hold the content of a run's merge.json: the method, the pairs in order, the transforms of the joined maps into
+    the reference's frame, and all groups, with that of the reference first."""
 
     method: str
     reference: str
@@ -184,10 +184,10 @@ class MergeAnswer:
     groups: tuple[GroupRecord, ...] = ()
 
     added: frozenset[str] = frozenset()
-    """Maps that were added to the run's own: nothing is known of where they truly lie."""
+    """Maps that were added to the run's own; their true transforms are unknown."""
 
     def without_added(self) -> MergeAnswer:
-        """What it says of the run's own maps. The reference may still be one that was added."""
+        """Keep the results of the run's own maps. The reference may still be an added map."""
 
         def own(placed: dict[str, Similarity2]) -> dict[str, Similarity2]:
             return {name: place for name, place in placed.items() if name not in self.added}
@@ -203,7 +203,7 @@ class MergeAnswer:
 
 
 def load_answer(path: Path) -> MergeAnswer:
-    """Read merge.json. Raises ``ValueError`` or ``OSError`` naming the file and what is wrong."""
+    """Read merge.json. Raises ``ValueError`` or ``OSError`` naming the file and the fault."""
     record = read_record(path, "merge")
     placed = {
         entry["name"]: similarity_from_record(entry["reference_from_map"])

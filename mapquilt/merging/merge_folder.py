@@ -1,4 +1,4 @@
-"""What a merge leaves: a merged map and its conflicts for each group, transforms.yaml, merge.png and merge.json."""
+"""Files of a merge: a merged map and its conflicts for each group, transforms.yaml, merge.png and merge.json."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NA
 
 
 def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
-    """Raise ``ValueError`` where writing a merge of the maps ``sources`` there would overwrite one of them, a run, or
-    what mapquilt did not write."""
+    """Raise ``ValueError`` if writing a merge of ``sources`` to the folder would overwrite one of them, a run, or
+    files that mapquilt did not write."""
     if run_folder.is_run(folder):
-        raise ValueError(f"{folder}: is a run, whose maps `mapquilt merge {folder}` merges; name another folder")
+        raise ValueError(f"{folder}: is a run, whose maps `mapquilt merge {folder}` merges; choose another folder")
     written = [path for path in folder.glob("*") if path.suffix in (".yaml", ".pgm") and is_answer(path.name)]
     kept = [path for path in (folder / INPUTS).rglob("*") if path.is_file()]
     spare_maps(folder, sources, [*written, *kept])
@@ -37,14 +37,14 @@ def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
 
 
 def is_answer(name: str) -> bool:
-    """Whether a file of that name is part of what ``merge`` and ``score`` add to a folder."""
+    """Check if ``merge`` or ``score`` adds a file of that name to a folder."""
     return name in run_folder.ANSWER_FILES or _OF_A_GROUP.fullmatch(name) is not None
 
 
 def merge_files(
     folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
 ) -> dict[Path, bytes]:
-    """The files of a merge in that folder, as bytes."""
+    """Build the files of a merge by path, as bytes."""
     from mapquilt.viz.overview import merge_figure
 
     path = folder / run_folder.MERGE_FILE
@@ -60,12 +60,12 @@ def merge_files(
 
 
 def write_merge(folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> None:
-    """Write all files of a merge, or none, into a folder, which is made if it is missing."""
+    """Write all files of a merge, or none, into a folder, which is created if it is missing."""
     write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
 
 
 def write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) -> None:
-    """Write the files of a merge, all or none, and take away what an older one has left of groups and maps."""
+    """Write the files of a merge, all or none, and delete those that only an older merge had."""
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
     write_files_atomically(files)
@@ -93,10 +93,10 @@ def merge_run(
     runner: Runner | None = None,
     answers: Mapping[tuple[str, str], PairResult] | None = None,
 ) -> MergeResult:
-    """Merge a run's maps, from the map files alone, and write the whole answer beside them, or nothing.
+    """Merge a run's maps, from the map files alone, and write all files of the merge into the run, or none.
 
-    ``inputs`` are others than the run's own maps, ``answers`` pairs that are known. The score of an older answer is
-    deleted. Raises ``ValueError`` where another run has taken the folder meanwhile.
+    ``inputs`` replace the run's own maps; ``answers`` are pairs that are known already. The score of an older merge is
+    deleted. Raises ``ValueError`` if another run has replaced the folder meanwhile.
     """
     made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
     inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
@@ -106,7 +106,7 @@ def merge_run(
     files = merge_files(run, inputs, settings, seed, result)
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
     if (run / run_folder.RUN_FILE).read_bytes() != made_by:
-        raise ValueError(f"{run}: another run has taken its place while it was merged; merge again")
+        raise ValueError(f"{run}: was replaced by another run during the merge; merge again")
     write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
     for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
         (run / stale).unlink(missing_ok=True)

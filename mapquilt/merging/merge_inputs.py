@@ -1,4 +1,4 @@
-"""The maps that a merge takes, and where its folder keeps them, so that others can be added later."""
+"""Input maps of a merge, and their copies in its folder, so that maps can be added later."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from mapquilt.merging.load_maps import load_map_files
 from mapquilt.runs import folder as run_folder
 
 INPUTS = "inputs"
-"""Where a merge keeps copies of the map files that it was given."""
+"""Folder of the copies of the given map files."""
 
 
 @dataclass(frozen=True, eq=False)
 class MergeInputs:
-    """A map set; for each map its ``files`` entry, relative to the merge's folder, and the grey that was read as
-    unknown; and what is to be written for that, by relative path."""
+    """Hold a map set; for each map its file, relative to the merge's folder, and the grey level that was read as
+    unknown; and the files to write for them, by relative path."""
 
     maps: MapSet
     files: tuple[str, ...]
@@ -35,14 +35,14 @@ class MergeInputs:
 
 
 def run_inputs(run: Path) -> MergeInputs:
-    """The maps of a run, which lie in it."""
+    """Load the maps of a run, which need no copies."""
     maps = run_folder.load_maps(run)
     record = read_record(run / run_folder.MAPS_FILE, "maps")
     return MergeInputs(maps, tuple(entry["file"] for entry in record["maps"]), (None,) * len(maps))
 
 
 def file_inputs(paths: Sequence[Path], unknown: int | None) -> MergeInputs:
-    """The user's own map files, to be copied."""
+    """Load map files of the user, and copy them."""
     maps, warnings = load_map_files(paths, unknown)
     files, copies = [], {}
     for index, path in enumerate(paths):
@@ -53,10 +53,9 @@ def file_inputs(paths: Sequence[Path], unknown: int | None) -> MergeInputs:
 
 
 def added_inputs(folder: Path, paths: Sequence[Path], unknown: int | None) -> MergeInputs:
-    """The maps of a merge that is there, a run's or one of map files, and others: one of a name that is there takes its
-    place, as a map that has grown.
+    """Load the maps of an existing merge and further ones, of which those with a known name replace the older map.
 
-    Raises ``ValueError`` where there is no merge, or naming the file that cannot be used.
+    Raises ``ValueError`` if there is no merge, or naming the file that cannot be used.
     """
     record = read_merge(folder)
     before = run_inputs(folder) if run_folder.is_run(folder) else None
@@ -68,7 +67,9 @@ def added_inputs(folder: Path, paths: Sequence[Path], unknown: int | None) -> Me
     for entry in record["maps"]:
         name, file = entry["name"], safe_path(folder, entry["file"])
         if file is None:
-            raise ValueError(f"{folder / run_folder.MERGE_FILE}: file is {entry['file'][:100]!r}, outside the folder")
+            raise ValueError(
+                f"{folder / run_folder.MERGE_FILE}: file is {entry['file'][:100]!r}, must lie inside the folder"
+            )
         maps[name] = load_map(file, unknown_grey=entry["unknown"])
         files[name], greys[name] = entry["file"], entry["unknown"]
     warnings = []
@@ -89,12 +90,12 @@ def added_inputs(folder: Path, paths: Sequence[Path], unknown: int | None) -> Me
 
 
 def map_fingerprint(grid: OccupancyGrid) -> str:
-    """What tells a map from any other, its frame included."""
+    """Hash the cells and the frame of a map."""
     return hashlib.sha256(repr(grid.frame).encode() + grid.log_odds.tobytes()).hexdigest()
 
 
 def read_merge(folder: Path) -> dict[str, Any]:
-    """The record of the merge in a folder. Raises ``ValueError`` naming the folder where there is none."""
+    """Read the merge.json of a folder. Raises ``ValueError`` naming the folder if there is none."""
     path = folder / run_folder.MERGE_FILE
     if not path.is_file():
         raise ValueError(f"{folder}: holds no merge to add to (it has no {run_folder.MERGE_FILE}); merge it first")
@@ -102,7 +103,7 @@ def read_merge(folder: Path) -> dict[str, Any]:
 
 
 def _copies(path: Path, index: int) -> dict[str, bytes]:
-    """The files of a map as they are kept: the one that names it first."""
+    """Read the files of a map to be copied, the one that the user named first."""
     place = f"{INPUTS}/{index}"
     kept = {f"{place}/{path.name}": path.read_bytes()}
     if path.suffix.lower() in (".yaml", ".yml"):

@@ -1,4 +1,4 @@
-"""What the method makes of a team's maps: the values behind the pictures."""
+"""Intermediate results of the method ``morphology`` on a team's maps."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from merge.verification.cell_overlap import compare_cells
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
-    """One quarter turn's agreement, where ICP settled it, and the acceptance index before and after; None without a
-    common cell. Transforms take cells to cells."""
+class RefinedMatch:
+    """Hold the corner match of one quarter turn, the transform after ICP (cells to cells), and the acceptance index
+    before and after ICP, None without a common cell."""
 
-    agreement: CornerMatch
+    corners: CornerMatch
     target_from_source: Similarity2
     index_before: float | None
     index: float | None
@@ -35,11 +35,11 @@ class Settled:
 
 @dataclass(frozen=True, eq=False)
 class PairSteps:
-    """Two corrected maps by their places in the team; what each quarter turn settled at, the best index first."""
+    """Hold two corrected maps by index, and the result of each quarter turn, by falling acceptance index."""
 
     target: int
     source: int
-    settled: tuple[Settled, ...]
+    matches: tuple[RefinedMatch, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class TeamSteps:
 
 
 def corrected_maps(grids: Sequence[OccupancyGrid]) -> tuple[CorrectedMap, ...]:
-    """Each map corrected, in cells, with the margin that the merger gives it."""
+    """Correct each map, in cells, with the margin that the merger gives it."""
     method = Morphology()
     return tuple(method.describe(PreparedMap(_in_cells(grid))) for grid in grids)
 
@@ -61,19 +61,21 @@ def _in_cells(grid: OccupancyGrid) -> OccupancyGrid:
 
 
 def team_steps(maps: MapSet, scale: ScaleRange) -> TeamSteps:
-    """Every map corrected and every pair matched; ``scale`` as in the settings of a merge."""
+    """Correct every map and match every pair; ``scale`` as in the settings of a merge."""
     corrected = corrected_maps(maps.grids)
     pairs = []
     for target, source in itertools.combinations(range(len(maps)), 2):
         cells = 1.0
         if "cell" not in (maps.units[target], maps.units[source]):
             cells = maps.grids[source].frame.resolution / maps.grids[target].frame.resolution
-        pairs.append(PairSteps(target, source, settled(corrected[target], corrected[source], scale.times(cells))))
+        pairs.append(
+            PairSteps(target, source, refined_matches(corrected[target], corrected[source], scale.times(cells)))
+        )
     return TeamSteps(maps.names, corrected, tuple(pairs))
 
 
-def settled(target: CorrectedMap, source: CorrectedMap, scale: ScaleRange) -> tuple[Settled, ...]:
-    """The best agreement of each quarter turn with what ICP makes of it, the greatest index first."""
+def refined_matches(target: CorrectedMap, source: CorrectedMap, scale: ScaleRange) -> tuple[RefinedMatch, ...]:
+    """Refine the best corner match of each quarter turn by ICP, and sort by falling acceptance index."""
     method = Morphology()
     found = []
     for each in best_of_each_quadrant(method.agreed(target, source, scale)):
@@ -81,19 +83,19 @@ def settled(target: CorrectedMap, source: CorrectedMap, scale: ScaleRange) -> tu
         indices = [
             compare_cells(target.grid, source.grid, t).acceptance_index for t in (each.target_from_source, place)
         ]
-        found.append(Settled(each, place, *indices))
+        found.append(RefinedMatch(each, place, *indices))
     return tuple(sorted(found, key=lambda one: -(one.index or 0.0)))
 
 
 def notes(names: Sequence[str], maps: Sequence[CorrectedMap]) -> tuple[str, ...]:
-    """What must be said of the corrections: which maps have no main direction."""
+    """Return a warning for each map without a main direction."""
     return tuple(
         f"{name}: {each.correction.note}" for name, each in zip(names, maps, strict=True) if each.correction.note
     )
 
 
 def steps_record(team: TeamSteps) -> dict[str, Any]:
-    """Numbers of every step; schema ``steps``."""
+    """Build the content of steps.json."""
     return {
         "schema": "mapquilt-steps/1",
         "maps": [_map_record(name, each) for name, each in zip(team.names, team.maps, strict=True)],
@@ -101,7 +103,7 @@ def steps_record(team: TeamSteps) -> dict[str, Any]:
             {
                 "target": team.names[pair.target],
                 "source": team.names[pair.source],
-                "quarters": [_settled_record(one) for one in pair.settled],
+                "quarters": [_match_record(one) for one in pair.matches],
             }
             for pair in team.pairs
         ],
@@ -125,11 +127,11 @@ def _map_record(name: str, each: CorrectedMap) -> dict[str, Any]:
     }
 
 
-def _settled_record(one: Settled) -> dict[str, Any]:
+def _match_record(one: RefinedMatch) -> dict[str, Any]:
     return {
         "yaw_deg": math.degrees(one.target_from_source.yaw),
         "scale": one.target_from_source.scale,
-        "inliers": one.agreement.inliers,
+        "inliers": one.corners.inliers,
         "index_before": one.index_before,
         "index": one.index,
     }

@@ -1,4 +1,4 @@
-"""Maps that are read are never written over."""
+"""Protection of input maps against being overwritten."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from mapping.io.map_yaml import image_path, read_map_yaml
 
 
 def spare_maps(out: Path, sources: Sequence[Path], written: Sequence[Path]) -> None:
-    """Raise ``ValueError`` naming ``out`` where one of the files to be written for it belongs to a map that is read."""
+    """Raise ``ValueError`` naming ``out`` if a file to be written belongs to one of the input maps ``sources``."""
     read = [file for source in sources for file in _files(source)]
     for path in written:
         if any(path.exists() and path.samefile(each) for each in read):
-            raise ValueError(f"{out}: would replace {path}, which is read; write elsewhere")
+            raise ValueError(f"{out}: would overwrite the input {path}; choose another name")
 
 
 def _files(source: Path) -> list[Path]:

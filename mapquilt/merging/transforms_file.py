@@ -1,4 +1,4 @@
-"""transforms.yaml: where each map lies, as ROS users publish it."""
+"""transforms.yaml: the transform of each map, to publish in ROS."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _NOT_IN_A_FRAME = re.compile(r"[^A-Za-z0-9_/]+")
 
 
 def transforms_text(maps: MapSet, result: MergeResult) -> str:
-    """One entry a map that was joined with another: the transform, and a line to publish it as tf.
+    """Write one entry per joined map: its transform, and a command that publishes it to tf.
 
-    tf knows no scale: where the scale is not 1, ``publish_with`` tells the resolution and origin to serve the map with,
-    so that its metres are the reference's.
+    tf has no scale. If the scale is not 1, ``publish_with`` holds the resolution and origin to serve the map with, so
+    that its metres are those of the reference.
     """
     groups = [_group(maps, group) for group in result.groups if len(group.reference_from_map) > 1]
     return yaml.safe_dump({"groups": groups}, sort_keys=False, allow_unicode=True, width=1000)
@@ -49,5 +49,5 @@ def _entry(maps: MapSet, reference: str, name: str, place: Similarity2) -> dict[
 
 
 def _frame(name: str) -> str:
-    """A map's tf frame, as the bag of `mapquilt convert --to rosbag` calls it."""
+    """Name a map's tf frame as in the bag of `mapquilt convert --to rosbag`."""
     return f"{_NOT_IN_A_FRAME.sub('_', name)}/map"

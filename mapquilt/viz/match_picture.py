@@ -1,4 +1,4 @@
-"""Matched points of two pictures, side by side."""
+"""Picture of matched points of two maps, side by side."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 AGREEING, OTHER = "#009E73", "#D55E00"
 GAP = 0.06
-"""Between the pictures, of the wider one."""
+"""Gap between the pictures, as a share of the wider one."""
 
 
 def draw_matches(
@@ -23,7 +23,7 @@ def draw_matches(
     points: tuple[NDArray[np.float64], NDArray[np.float64]],
     agreeing: NDArray[np.bool_],
 ) -> None:
-    """Two grey pictures with lines between matched pixels (M, 2) u, v of each; those that agree in green."""
+    """Draw two grey pictures with lines between matched pixels (M, 2) u, v of each; inliers in green."""
     left, right = pictures
     gap = GAP * max(left.shape[1], right.shape[1])
     shift, height = left.shape[1] + gap, max(left.shape[0], right.shape[0])

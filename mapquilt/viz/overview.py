@@ -29,22 +29,22 @@ from sim.mission.mission import Mission
 
 LEGEND_COLUMNS, LEGEND_ROW_INCHES = 5, 0.17
 OPACITY = 0.9
-"""Of a map's walls over those of others."""
+"""Opacity of a map's walls where they cover those of other maps."""
 
 
 def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
-    """The merged map of each group, its walls in the colours of the maps that show them, and every map as the merger
-    got it. A map that stands alone is no group of its own, unless nothing was joined."""
+    """Draw the merged map of each group, with walls in the colours of their maps, and every input map. A group of one
+    map is only drawn if it is the first."""
     shown = [group for index, group in enumerate(groups) if index == 0 or len(group.reference_from_map) > 1]
     figure, panels = lay_out([_extent(grid) for grid in (*(group.merged for group in shown), *maps.grids)])
     for panel, group in zip(panels, shown, strict=False):
-        # The walls of each map are all of the merged ones: what is drawn below them must not darken their colours.
+        # The maps' own walls cover the merged ones, which would darken their colours.
         _show_grid(panel, group.merged, walls=not group.reference_from_map)
         _show_all_walls(panel, maps, group.reference_from_map)
         conflicts = int(np.count_nonzero(group.conflicts.occupied))
-        told = f", {conflicts} cells in conflict" if conflicts else ""
+        details = f", {conflicts} cells in conflict" if conflicts else ""
         title = "merged map" if len(shown) == 1 else f"merged map {shown.index(group) + 1}"
-        write_title(panel, title, f"{_count(group.reference_from_map, maps)}, frame of {group.reference}{told}")
+        write_title(panel, title, f"{_count(group.reference_from_map, maps)}, frame of {group.reference}{details}")
     number_of = {name: number for number, group in enumerate(shown, 1) for name in group.reference_from_map}
     colours = map_colours(maps.names)
     for panel, name, grid, colour in zip(panels[len(shown) :], maps.names, maps.grids, colours, strict=True):
@@ -65,8 +65,7 @@ def overview_figure(
     groups: Sequence[tuple[GroupRecord, OccupancyGrid]],
     score: RunScore,
 ) -> Figure:
-    """The world with the paths, the merged grid of each group, the merged walls over the truth, and each robot's
-    grid."""
+    """Draw the world with the paths, the merged grid of each group, the merged walls over the truth, and each map."""
     width, height = mission.world.size
     world = Extent(0.0, width, 0.0, height)
     legend = LEGEND_ROW_INCHES * math.ceil(len(mission.robots) / LEGEND_COLUMNS)
@@ -76,8 +75,8 @@ def overview_figure(
     for number, (panel, (group, merged)) in enumerate(zip(panels[1:], groups, strict=False)):
         _show_grid(panel, merged)
         title = "merged map" if len(groups) == 1 else f"merged map {number + 1}"
-        told = _quality(score, group)
-        write_title(panel, title, f"{_count(group.reference_from_map, maps)}, frame of {group.reference}{told}")
+        details = _quality(score, group)
+        write_title(panel, title, f"{_count(group.reference_from_map, maps)}, frame of {group.reference}{details}")
     _show_over_truth(panels[1 + len(groups)], mission, maps, truth, [group for group, _ in groups])
     colours = map_colours(maps.names)
     for panel, name, grid, colour in zip(panels[2 + len(groups) :], maps.names, maps.grids, colours, strict=True):
@@ -93,12 +92,12 @@ def _quality(score: RunScore, group: GroupRecord) -> str:
 
 
 def _extent(grid: OccupancyGrid) -> Extent:
-    """Where a map knows anything, in its own metres."""
+    """Return the extent of a map's known cells, in its own metres."""
     frame, known = grid.frame, grid.known
     if not known.any():
         known = np.ones(frame.shape, bool)
     rows, last = np.flatnonzero(known.any(axis=1)), frame.shape[1] - 1
-    ends = known[rows].argmax(axis=1), last - known[rows, ::-1].argmax(axis=1)  # of a row: no cell lies further out
+    ends = known[rows].argmax(axis=1), last - known[rows, ::-1].argmax(axis=1)  # the outermost known cells of each row
     metres = frame.metres_from_cells(np.concatenate([np.column_stack((rows, end)) for end in ends]))
     (left, low), (right, high) = metres.min(axis=0), metres.max(axis=0)
     return Extent(left - frame.resolution, right + frame.resolution, low - frame.resolution, high + frame.resolution)
@@ -113,7 +112,7 @@ def _show_grid(panel: Axes, grid: OccupancyGrid, walls: bool = True) -> None:
 def _show_image(
     panel: Axes, image: NDArray[np.uint8], frame: GridFrame, panel_from_map: Similarity2, zorder: float = 0.0
 ) -> None:
-    """Draw a picture of a map, row 0 lowest, turned as its origin and the transform are."""
+    """Draw a picture of a map, row 0 lowest, at its origin and transform."""
     placed = Affine2D(np.vstack((panel_from_map.matrix(), (0.0, 0.0, 1.0))))
     drawn = panel.imshow(image[::-1], origin="upper", interpolation="antialiased", aspect="auto", zorder=zorder)
     drawn.set_transform(Affine2D(frame.metre_from_pixel()) + placed + panel.transData)

@@ -1,4 +1,4 @@
-"""Picture of one answer to a pair: target, source, and both overlaid."""
+"""Picture of a pair and one answer: target, source, and both overlaid."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapquilt.viz.palette import FREE, ROBOTS, UNKNOWN, WALL
 
 SIDE, GAP = 300, 10
-"""Pixels of a panel, and between two."""
+"""Side of a panel, and gap between two [pixels]."""
 
 MARGIN = 0.03
 FARTHEST = 1.5

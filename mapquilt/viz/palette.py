@@ -1,4 +1,4 @@
-"""The colours of every picture."""
+"""Colours of all pictures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mapping.grid.occupancy_grid import OccupancyGrid
 
 ROBOTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6BB1", "#6B4C2A")
-"""Okabe and Ito's colours, which colour-blind readers tell apart, and two more; reused beyond eight."""
+"""The colours of Okabe and Ito, which are safe for colour-blind readers, and two more; reused beyond eight."""
 
 WALL, FREE, UNKNOWN = (31, 35, 40), (255, 255, 255), (214, 217, 221)
 TRUE_WALL = "#b9bec6"
@@ -33,7 +33,7 @@ def robot_colour(index: int) -> str:
 
 
 def map_colours(names: Sequence[str]) -> tuple[str, ...]:
-    """A colour for each map: that of its robot, in a shade for each of the robot's parts; by order for other names."""
+    """Choose a colour for each map: a shade of its robot's colour for each part; in order for other names."""
     found = [_OF_A_RUN.fullmatch(name) for name in names]
     robots = [int(match[1]) for match in found if match]
     if len(robots) < len(names):
@@ -45,7 +45,7 @@ def map_colours(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def shade(colour: str, index: int, count: int) -> str:
-    """One of ``count`` shades of a colour, from dark to light; the colour itself where there is but one."""
+    """Return one of ``count`` shades of a colour, from dark to light; the colour itself if there is only one."""
     if count == 1:
         return colour
     lightness = _DARKEST + (_LIGHTEST - _DARKEST) * index / (count - 1)
@@ -55,13 +55,13 @@ def shade(colour: str, index: int, count: int) -> str:
 
 
 def of_255(colour: tuple[int, int, int]) -> tuple[float, float, float]:
-    """A colour of the pictures as matplotlib has it."""
+    """Convert a colour of 0 to 255 to matplotlib's 0 to 1."""
     red, green, blue = colour
     return red / 255.0, green / 255.0, blue / 255.0
 
 
 def picture(grid: OccupancyGrid, wall: tuple[int, int, int] = WALL) -> NDArray[np.uint8]:
-    """The grid as RGB (rows, cols, 3), row 0 lowest, as ``imshow(origin="lower")`` wants it."""
+    """Draw a grid as RGB (rows, cols, 3), row 0 lowest, for ``imshow(origin="lower")``."""
     image = np.empty((*grid.frame.shape, 3), np.uint8)
     image[:] = UNKNOWN
     image[grid.free] = FREE

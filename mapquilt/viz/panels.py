@@ -1,4 +1,4 @@
-"""Panels of one size on a sheet: aligned, titled, and each in its own metres."""
+"""Layout of panels of equal size, each with a title and axes in its own metres."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from matplotlib.figure import Figure
 from mapquilt.viz.palette import FREE, INK, of_255
 
 WIDTH = 4.6
-"""Of a panel [inches]."""
+"""Width of a panel [inches]."""
 LEFT, RIGHT, ABOVE, BELOW = 0.42, 0.13, 0.50, 0.28
-"""Room around a panel, for ticks and titles [inches]."""
+"""Margins of a panel for ticks and titles [inches]."""
 SQUATTEST, TALLEST = 1.6, 0.8
-"""Width over height of a panel, at the extremes."""
+"""Least and greatest ratio of width to height of a panel."""
 MARGIN = 0.02
-"""Around what a panel shows, of its longer side."""
+"""Margin around the content, as a share of its longer side."""
 LONGEST_NAME = 44
-"""Letters of a title that fit a panel's width."""
+"""Number of letters of a title that fit the width of a panel."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """What a panel must show [m]."""
+    """Bounds of the content of a panel [m]."""
 
     left: float
     right: float
@@ -41,7 +41,7 @@ class Extent:
         return (self.right - self.left) / (self.high - self.low)
 
     def widened_to(self, aspect: float) -> Extent:
-        """The smallest extent of that width over height around the same centre."""
+        """Return the smallest extent of that ratio of width to height around the same centre."""
         width = max(self.right - self.left, aspect * (self.high - self.low))
         x, y = (self.left + self.right) / 2.0, (self.low + self.high) / 2.0
         height = width / aspect
@@ -49,7 +49,7 @@ class Extent:
 
 
 def lay_out(extents: Sequence[Extent], legend_inches: float = 0.0) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel for each extent, one metre as long in x as in y; the last row is centred.
+    """Create a figure with a panel for each extent, equally scaled in x and y; the last row is centred.
 
     ``legend_inches`` is left free below the first row.
     """
@@ -73,7 +73,7 @@ def lay_out(extents: Sequence[Extent], legend_inches: float = 0.0) -> tuple[Figu
 
 
 def _columns(count: int) -> int:
-    # Few holes; two rows of two read better than three panels and a straggler.
+    # Few gaps; two rows of two read better than three panels and one.
     if count <= 4:
         return 2 if count == 4 else count
     return min((3, 4), key=lambda columns: (-count % columns, columns))
@@ -90,7 +90,7 @@ def _panel(figure: Figure, box: tuple[float, float, float, float], shown: Extent
 
 
 def write_title(panel: Axes, name: str, details: str = "", colour: str = INK) -> None:
-    """A name, of which the end is kept where it is too long, and what there is to say of it below."""
+    """Write a name, of which the end is kept if it is too long, with details below."""
     name = name if len(name) <= LONGEST_NAME else "…" + name[1 - LONGEST_NAME :]
     panel.set_title(name, fontsize=10, fontweight="bold", color=colour, loc="left", pad=17.0, parse_math=False)
     panel.annotate(

@@ -1,4 +1,4 @@
-"""How every chart looks: quiet axes, one colour a method, intervals drawn."""
+"""Common style of charts: plain axes, one colour per method."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def series_marker(index: int) -> str:
 
 
 def new_figure(columns: int, rows: int = 1, width: float = 4.8, height: float = 3.5) -> tuple[Figure, list[Axes]]:
-    """A sheet of equal panels, row by row."""
+    """Create a figure with panels of equal size, row by row."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained", dpi=DPI)
@@ -55,7 +55,7 @@ def write_axes(panel: Axes, x: str, y: str) -> None:
 
 
 def write_legend(figure: Figure, handles: Sequence[Artist], names: Sequence[str]) -> None:
-    """One legend for all panels, above them."""
+    """Write one legend for all panels, above them."""
     figure.legend(
         handles, names, loc="outside upper left", ncols=min(len(names), 8), frameon=False, fontsize=9.5, labelcolor=INK
     )
@@ -69,7 +69,7 @@ def in_per_cent(panel: Axes) -> None:
 
 
 def logarithmic(panel: Axes, which: Literal["x", "y"], steps: tuple[float, ...] = (1.0,)) -> None:
-    """Space an axis by logarithms, with plain numbers at these steps of each decade."""
+    """Make an axis logarithmic, with plain numbers at these steps of each decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     panel.set(**{f"{which}scale": "log"})

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def figure_png(figure: Figure) -> bytes:
-    """The figure drawn, without the metadata that differ between versions of the drawing library."""
+    """Render a figure, without the metadata that differ between versions of matplotlib."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     FigureCanvasAgg(figure)

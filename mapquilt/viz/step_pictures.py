@@ -1,4 +1,4 @@
-"""The pictures of a correction, as the figures of chapter 5 show them."""
+"""Pictures of the correction of a map, as in the figures of chapter 5 of the thesis."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapquilt.merging.morphology_steps import PairSteps, Settled, TeamSteps
+from mapquilt.merging.morphology_steps import PairSteps, RefinedMatch, TeamSteps
 from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS
 from merge.literature.chen2021.correction import Correction
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 Picture = NDArray[np.uint8]
 CORNER_COLOUR = (0, 165, 255)
-"""Blue, green, red: as OpenCV has it."""
+"""In OpenCV's order blue, green, red."""
 PANEL_INCHES = 3.1
 DPI = 110
 
 
 def step_pictures(found: Correction) -> Iterator[tuple[str, Picture]]:
-    """Each step's name and picture at full size, grey (rows, cols) or BGR (rows, cols, 3)."""
+    """Yield each step's name and picture at full size, grey (rows, cols) or BGR (rows, cols, 3)."""
     yield "1-map", found.picture
     yield "2-walls", found.walls
     yield "4-straightened", found.straightened.walls
@@ -39,7 +39,7 @@ def step_pictures(found: Correction) -> Iterator[tuple[str, Picture]]:
 
 
 def with_corners(found: Correction) -> Picture:
-    """The main structure with a ring about each corner."""
+    """Draw the main structure with a ring around each corner."""
     image = cv2.cvtColor(found.structure, cv2.COLOR_GRAY2BGR)
     for u, v in np.rint(found.corners).astype(int).tolist():
         cv2.circle(image, (u, v), 2 * found.half + 1, CORNER_COLOUR, 1, cv2.LINE_AA)
@@ -54,7 +54,7 @@ def picture_png(picture: Picture) -> bytes:
 
 
 def direction_figure(name: str, found: Correction) -> Figure:
-    """The energy of the projections over the direction, and how sharp its maximum is."""
+    """Plot the energy of the projections against the direction, and state the sharpness of its maximum."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.4, 3.4), dpi=DPI, layout="constrained")
@@ -73,23 +73,23 @@ def _draw_direction(axes: Axes, found: Correction) -> None:
     axes.set_xlabel("direction [degrees, modulo 90]", fontsize=8, color=INK)
     axes.set_ylabel("energy of the projections\n[share of the greatest]", fontsize=8, color=INK)
     axes.tick_params(labelsize=7, colors=INK)
-    verdict = f"turned by {-place:.2f} degrees" if direction.clear else "no main direction: not turned"
-    told = f"sharpness {direction.sharpness:.2f}, contrast {direction.contrast:.2f}\n{verdict}"
-    axes.text(45.0, 0.03, told, ha="center", fontsize=8, color=INK)
+    verdict = f"rotated by {-place:.2f} degrees" if direction.clear else "no main direction: not rotated"
+    details = f"sharpness {direction.sharpness:.2f}, contrast {direction.contrast:.2f}\n{verdict}"
+    axes.text(45.0, 0.03, details, ha="center", fontsize=8, color=INK)
 
 
 COLUMNS = (
     "map",
     "walls (5.1)",
     "direction (5.2)",
-    "turned, closed (5.2, 5.3)",
+    "rotated, closed (5.2, 5.3)",
     "interest points (5.4)",
     "corrected (5.5)",
 )
 
 
 def sheet_figure(names: Sequence[str], corrections: Sequence[Correction]) -> Figure:
-    """A row of steps for each map."""
+    """Draw a row of steps for each map."""
     from matplotlib.figure import Figure
 
     size = (PANEL_INCHES * len(COLUMNS), (PANEL_INCHES + 0.25) * len(names))
@@ -113,17 +113,17 @@ def _draw_row(axes: NDArray[np.object_], name: str, found: Correction) -> None:
     _show(axes[5], _thickened(found.structure))
     axes[5].plot(found.corners[:, 0], found.corners[:, 1], "o", ms=4, mfc="none", mec="#E69F00", mew=0.8)
     axes[0].set_ylabel(name, fontsize=10, color=INK, fontweight="bold", parse_math=False)
-    told = (
+    details = (
         f"closing {found.closing} px, L = {found.half}",
         f"{len(found.points)} points",
         f"{len(found.corners)} corners",
     )
-    for place, text in zip((3, 4, 5), told, strict=True):
+    for place, text in zip((3, 4, 5), details, strict=True):
         axes[place].set_xlabel(text, fontsize=8, color=INK)
 
 
 def _thickened(picture: Picture) -> Picture:
-    """Lines of one pixel would not show in a small panel."""
+    """Thicken lines of one pixel, which would not show in a small panel."""
     return np.asarray(cv2.dilate(picture, np.ones((2, 2), np.uint8)), np.uint8)
 
 
@@ -135,31 +135,31 @@ def _show(axes: Axes, picture: Picture) -> None:
 
 
 def match_figure(team: TeamSteps, pair: PairSteps) -> Figure:
-    """Corner pairs of each quarter turn's best agreement, the greatest index first."""
+    """Draw the corner matches of the best transform of each quarter turn, by falling acceptance index."""
     from matplotlib.figure import Figure
 
-    columns, rows = (2, math.ceil(len(pair.settled) / 2)) if len(pair.settled) > 1 else (1, 1)
+    columns, rows = (2, math.ceil(len(pair.matches) / 2)) if len(pair.matches) > 1 else (1, 1)
     figure = Figure(figsize=(9.0 * columns, 4.9 * rows), dpi=DPI, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for rest in axes[len(pair.settled) :]:
+    for rest in axes[len(pair.matches) :]:
         rest.set_axis_off()
     target, source = (team.maps[k].correction for k in (pair.target, pair.source))
     name = f"{team.names[pair.target]} and {team.names[pair.source]}"
-    for number, one in enumerate(pair.settled):
-        points = target.corners[one.agreement.target], source.corners[one.agreement.source]
+    for number, one in enumerate(pair.matches):
+        points = target.corners[one.corners.target], source.corners[one.corners.source]
         draw_matches(
-            axes[number], (target.structure, source.structure), points, np.ones(one.agreement.inliers, dtype=bool)
+            axes[number], (target.structure, source.structure), points, np.ones(one.corners.inliers, dtype=bool)
         )
-        axes[number].set_title(_told(name if number == 0 else "another quarter turn", one), loc="left", fontsize=10)
-    if not pair.settled:
+        axes[number].set_title(_describe(name if number == 0 else "another quarter turn", one), loc="left", fontsize=10)
+    if not pair.matches:
         axes[0].set_title(f"{name}: too few corners agree", loc="left", fontsize=10)
     return figure
 
 
-def _told(name: str, one: Settled) -> str:
+def _describe(name: str, one: RefinedMatch) -> str:
     before, after = (("-" if index is None else f"{index:.4f}") for index in (one.index_before, one.index))
     place = one.target_from_source
     return (
-        f"{name}: {one.agreement.inliers} corner pairs agree\nturned by {math.degrees(place.yaw):.2f} degrees, scale "
+        f"{name}: {one.corners.inliers} corner pairs agree\nrotated by {math.degrees(place.yaw):.2f} degrees, scale "
         f"{place.scale:.4f}; acceptance index {before}, after ICP {after}"
     )

@@ -20,7 +20,7 @@ SHEET_COLUMNS = 5
 
 
 def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
-    """The world as PNG: its solids, its fence dashed, the starts with their headings, and its width and height [m]."""
+    """Draw a world as PNG: obstacles, dashed fence, starts with their headings, width and height [m]."""
     from matplotlib.figure import Figure
 
     width, height = world.size
@@ -51,7 +51,7 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
 
 
 def sheet_picture(seed: int) -> bytes:
-    """One world of each family, small, on one sheet."""
+    """Draw one small world of each family on one sheet."""
     from matplotlib.figure import Figure
 
     rows = math.ceil(len(FAMILIES) / SHEET_COLUMNS)
@@ -66,7 +66,7 @@ def sheet_picture(seed: int) -> bytes:
 
 
 def draw_world(panel: Axes, world: World) -> None:
-    """The solids and the fence into a panel, in metres."""
+    """Draw the obstacles and the fence into a panel, in metres."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Polygon as Outline
 

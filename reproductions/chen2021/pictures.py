@@ -14,7 +14,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import resampled
-from mapquilt.merging.morphology_steps import Settled, corrected_maps, settled
+from mapquilt.merging.morphology_steps import corrected_maps, refined_matches
 from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS, WALL, picture
 from merge.literature.chen2021.morphology import CorrectedMap
@@ -106,7 +106,7 @@ def _draw_before(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2)
 def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) -> None:
     corrected = corrected_maps(grids)
     ratio = grids[1].frame.resolution / grids[0].frame.resolution
-    found: tuple[Settled, ...] = settled(corrected[0], corrected[1], SCALE.times(ratio))
+    found = refined_matches(corrected[0], corrected[1], SCALE.times(ratio))
     there, here = (each.correction.structure for each in corrected)
     longest = max(*there.shape, *here.shape)
     structures = visible(there, longest), visible(here, longest)
@@ -115,7 +115,7 @@ def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) 
         draw_matches(axes, structures, (nothing, nothing), np.empty(0, dtype=bool))
         _titled(axes, "after: corners of the corrected maps", "too few agree")
         return
-    best = found[0].agreement
+    best = found[0].corners
     near = _near([_prepared(grid) for grid in grids], grids, *_corners(corrected, best.target, best.source), truth)
     points = corrected[0].correction.corners[best.target], corrected[1].correction.corners[best.source]
     draw_matches(axes, structures, points, near)

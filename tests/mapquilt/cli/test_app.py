@@ -221,15 +221,15 @@ def test_a_method_without_its_own_answer_is_told(capsys, two_maps):
 
 
 def test_one_map_alone_is_bad_input(capsys, two_maps):
-    assert "one map alone" in refused(capsys, "merge", two_maps[0])
+    assert "one map cannot be merged" in refused(capsys, "merge", two_maps[0])
 
 
 def test_one_file_under_two_names_is_bad_input(capsys, two_maps, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("link.yaml").symlink_to("a.yaml")
-    twice = "mapquilt: a.yaml: is named twice; a map is not merged with itself"
+    twice = "mapquilt: a.yaml: is given twice; a map cannot be merged with itself"
     assert refused(capsys, "merge", "a.yaml", "b.yaml", "./a.yaml") == twice
-    one = "mapquilt: a.yaml and link.yaml are one file; a map is not merged with itself"
+    one = "mapquilt: a.yaml and link.yaml are the same file; a map cannot be merged with itself"
     assert refused(capsys, "merge", "a.yaml", "link.yaml") == one
 
 

@@ -113,7 +113,7 @@ def test_a_bare_picture_gets_no_invented_resolution(
 @pytest.mark.parametrize("out", ["source.yaml", "source.pgm", "source.png"])
 def test_the_source_is_never_replaced(source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], out: str):
     before = hashes(tmp_path)
-    assert "would replace" in refused(capsys, source, tmp_path / out)
+    assert "would overwrite" in refused(capsys, source, tmp_path / out)
     assert hashes(tmp_path) == before
 
 
@@ -121,7 +121,7 @@ def test_another_name_for_the_source_is_seen_through(
     source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "link").symlink_to(tmp_path)
-    assert "would replace" in refused(capsys, source, tmp_path / "link/source.pgm")
+    assert "would overwrite" in refused(capsys, source, tmp_path / "link/source.pgm")
 
 
 def test_a_link_is_written_through_to_a_map_that_loads(source: Path, tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_a_run_whose_maps_are_not_those_of_its_mission_is_refused(run_in_parts: 
     run = Path(shutil.copytree(run_in_parts, tmp_path / "run"))
     (run / "run.json").write_text((run / "run.json").read_text().replace('"parts": 3', '"parts": 2'))
     line = refused(capsys, run, tmp_path / "out", "--to", "tum")
-    assert "mission: is of robot_0_part_0, robot_0_part_1, robot_1_part_0, robot_1_part_1, but" in line
+    assert "mission: holds robot_0_part_0, robot_0_part_1, robot_1_part_0, robot_1_part_1, but" in line
     assert not (tmp_path / "out").exists()
 
 
@@ -235,27 +235,27 @@ def test_a_log_alone_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pat
     ("arguments", "expected"),
     [
         (("none.yaml", "out.pgm"), "none.yaml: no such file or folder"),
-        (("source.yaml", "out"), "out: the ending does not tell the format; say --to map, tum, carmen, rosbag"),
-        (("source.yaml", "out.tum"), "source.yaml: a map cannot become tum"),
-        (("source.yaml", "out", "--to", "rosbag"), "source.yaml: a map cannot become rosbag"),
+        (("source.yaml", "out"), "out: the extension names no format; add --to with one of map, tum, carmen, rosbag"),
+        (("source.yaml", "out.tum"), "source.yaml: a map cannot be converted to tum"),
+        (("source.yaml", "out", "--to", "rosbag"), "source.yaml: a map cannot be converted to rosbag"),
         (("source.yaml", "out.jpg", "--to", "map"), "out.jpg: a map must end in .yaml, .pgm or .png"),
         (("source.yaml", "out.yml"), "out.yml: a map must end in .yaml, .pgm or .png"),
         (("source.yaml", "no/out.pgm"), "no: no such folder"),
-        (("source.yaml", "out.pgm", "--mode", "scale"), "out.pgm: a PGM cannot hold"),
+        (("source.yaml", "out.pgm", "--mode", "scale"), "out.pgm: a PGM cannot mark"),
         (("source.yaml", "out.pgm", "--mode", "grey"), "--mode"),
         (("source.yaml", "out.pgm", "--unknown", "256"), "--unknown"),
         (("source.yaml", "out.pgm", "--to", "pdf"), "--to"),
         (("run", "", "--to", "tum"), "the name is empty"),
-        (("run", "out.yaml"), "run: a run has several maps; name one of them"),
-        (("run", "out.tum"), "out.tum: a run becomes a folder; name one without .tum"),
-        (("run", "out.mcap"), "out.mcap: a run becomes a folder; name one without .mcap"),
-        (("run", "run", "--to", "tum"), "run: is not empty; name a new folder"),
+        (("run", "out.yaml"), "run: a run has several maps; give one of them"),
+        (("run", "out.tum"), "out.tum: a run is written as a folder; choose a name without .tum"),
+        (("run", "out.mcap"), "out.mcap: a run is written as a folder; choose a name without .mcap"),
+        (("run", "run", "--to", "tum"), "run: is not empty; choose a new folder"),
         (("run", "source.pgm", "--to", "map"), "run: a run has several maps"),
         (("run", "file", "--to", "tum"), "file: exists and is not a folder"),
         (("run", "out", "--to", "tum", "--mode", "raw"), "--mode and --unknown are for maps, not for tum"),
         (("run/mission", "out", "--to", "tum"), "run/mission: is not a run"),
-        (("run/robot_0/log.npz", "out", "--to", "rosbag"), "log.npz: a robot's log becomes tum or carmen"),
-        (("run/robot_0/log.npz", "out.pgm"), "log.npz: a robot's log becomes tum or carmen, not map"),
+        (("run/robot_0/log.npz", "out", "--to", "rosbag"), "log.npz: a robot's log can be converted to tum or carmen"),
+        (("run/robot_0/log.npz", "out.pgm"), "log.npz: a robot's log can be converted to tum or carmen, not map"),
         (("run/robot_0/log.npz", "no/out.tum"), "no: no such folder"),
     ],
 )

@@ -178,7 +178,7 @@ def test_odometry_and_truth(messages: Messages, robots: tuple[RunRobot, ...], to
             assert math.remainder(arrived.yaw - pose.yaw, math.tau) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_maps_are_the_disguised_maps(messages: Messages, robots: tuple[RunRobot, ...]) -> None:
+def test_maps_are_those_with_perturbed_frames(messages: Messages, robots: tuple[RunRobot, ...]) -> None:
     for robot in robots:
         ((time, message),) = messages[f"/{robot.name}/map"]
         assert time == nanoseconds(message.info.map_load_time) == ros_nanoseconds(robot.log.scans[-1].stamp)
@@ -228,7 +228,7 @@ def test_the_ranges_are_where_the_message_definition_puts_them(bag: Path, robots
 
 @pytest.mark.parametrize("stamp", [-1.0, -5.0, 2.0**31, 1e300])
 def test_a_stamp_that_ros_cannot_tell_is_refused(stamp: float) -> None:
-    with pytest.raises(ValueError, match="no time that ROS can tell"):
+    with pytest.raises(ValueError, match="does not fit into ROS time"):
         ros_nanoseconds(stamp)
 
 

@@ -56,7 +56,7 @@ def test_an_answer_never_lands_in_a_run_that_took_the_place_of_the_one_merged(fr
     def replace(_done: int, _total: int) -> None:
         sense_run(fresh_run, fresh_run, SampleSettings(seed=99))
 
-    with pytest.raises(ValueError, match="another run has taken its place"):
+    with pytest.raises(ValueError, match="was replaced by another run"):
         merge_run(fresh_run, MergeSettings("orb"), 0, replace)
     assert not (fresh_run / "merge.json").exists()
 
@@ -99,7 +99,7 @@ def test_a_merge_never_replaces_what_it_reads(two_maps: tuple[Path, Path], tmp_p
         named = tmp_path / "link"
         named.symlink_to(out)
     for source in ("merged.yaml", "merged.pgm"):
-        assert "would replace" in refused(capsys, "merge", out / source, two_maps[1], "--out", named)
+        assert "would overwrite" in refused(capsys, "merge", out / source, two_maps[1], "--out", named)
     assert {path: each for path, each in hashes(tmp_path).items() if "link" not in path} == before
 
 
