@@ -25,7 +25,8 @@ from mapping.grid.log_odds import LogOddsMapper
 from mapping.robot.scan import LidarScan
 from mapquilt.merging.merge_folder import merge_run
 from mapquilt.runs import folder as run_folder
-from mapquilt.runs.stages import score_run, simulate_run
+from mapquilt.runs.stages import simulate_run
+from mapquilt.scoring.score_file import score_run
 from mapquilt.settings import SampleSettings
 from merge.settings import MergeSettings
 from sim.mission.file import load_mission

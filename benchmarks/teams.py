@@ -25,10 +25,11 @@ from benchmarks.team_injection.trials import InjectionTrial, PoseTrial, injectio
 from benchmarks.team_injection.usage import usage
 from mapping.map_set import MapSet
 from mapquilt.cli.options.merge import PRELOADED, pair_workers
-from mapquilt.cli.tables import plain_table, print_table
+from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.statistics import Share, ratio_of_medians_over_clusters
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import process_pool, remote_runner
+from mapquilt.viz.text_table import plain_table
 from merge.merger import merge_maps
 from worlds.families.registry import make_world
 

@@ -100,7 +100,7 @@ def simulate(
 
     Raises ``ValueError`` naming the setting that is out of range, ``ImportError`` if pybullet is missing.
     """
-    from mapquilt.cli.options.world import open_world
+    from mapquilt.runs.open_world import open_world
     from mapquilt.runs.sample import make_sample
     from mapquilt.runs.stages import simulate_run
     from mapquilt.settings import SampleSettings
@@ -125,7 +125,7 @@ def evaluate(result: MergeResult, maps: MapSet, truth: RunTruth) -> tuple[Evalua
     ``ValueError`` naming a map that the truth does not know.
     """
     from mapquilt.evaluation.evaluated_pair import PairInfo
-    from mapquilt.evaluation.run_score import evaluate_run_pair
+    from mapquilt.scoring.run_score import evaluate_run_pair
 
     return tuple(
         evaluate_run_pair(maps, truth, pair, PairInfo(f"{pair.target}/{pair.source}", pair.target, pair.source))

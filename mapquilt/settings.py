@@ -17,10 +17,10 @@ from mapping.seeds import check_seed
 from mapping.settings import MappingSettings
 from mapquilt.leaves import Combined
 from merge.settings import MergeSettings
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings, PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.odometry import OdometryNoise

@@ -8,9 +8,9 @@ from itertools import groupby
 from rich.table import Table
 
 from mapquilt.benchmark.results import REFERENCE, BenchmarkResults, StratumResult, Timing
-from mapquilt.cli.tables import plain_table
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
+from mapquilt.viz.text_table import plain_table
 
 COLUMNS = (
     *("stratum", "method", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),

@@ -6,12 +6,13 @@ from rich.table import Table
 
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import RunFolder
-from mapquilt.cli.tables import plain_table, print_table
+from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.formatting import error_texts, number_text
-from mapquilt.evaluation.run_score import RunScore
 from mapquilt.runs import folder as run_folder
-from mapquilt.runs.stages import score_run
+from mapquilt.scoring.run_score import RunScore
+from mapquilt.scoring.score_file import score_run
+from mapquilt.viz.text_table import plain_table
 
 
 def score(run: RunFolder) -> int:

@@ -29,10 +29,11 @@ from mapquilt.cli.options.sensing import (
     SetOption,
     sample_settings,
 )
-from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName, open_world
+from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName
 from mapquilt.cli.tables import count_of_maps, print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
+from mapquilt.runs.open_world import open_world
 from mapquilt.runs.sample import Sample
 from mapquilt.runs.stages import simulate_run
 from mapquilt.settings import lidar_at_rate

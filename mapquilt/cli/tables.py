@@ -7,12 +7,12 @@ import math
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet, Unit
+from mapquilt.viz.text_table import plain_table
 from merge.records.result import MergeResult, PairResult
 
 PLAIN_WIDTH = 160
@@ -35,14 +35,6 @@ def warn(warnings: tuple[str, ...]) -> None:
 def count_of_maps(number: int) -> str:
     """Write a number of maps, such as ``3 maps``."""
     return f"{number} map" if number == 1 else f"{number} maps"
-
-
-def plain_table(*columns: tuple[str, bool]) -> Table:
-    """Start an empty table with these columns; numbers (True) are aligned on the right."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption_justify="left")
-    for name, number in columns:
-        table.add_column(name, justify="right" if number else "left")
-    return table
 
 
 def _verdict(accepted: bool, reason: str | None) -> str:

@@ -12,9 +12,10 @@ from rich.table import Table
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.seeds import Role, stream
-from mapquilt.cli.options.world import YAMLS, Height, PlanResolution, Width, WorldName, open_world
+from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName
 from mapquilt.cli.tables import print_table
 from mapquilt.json_file import check_record, to_text
+from mapquilt.runs.open_world import YAMLS, open_world
 from mapquilt.viz.world_picture import sheet_picture, world_picture
 from sim.mission.starts import random_starts
 from worlds.families.registry import FAMILIES

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
-from mapquilt.cli.options.world import open_world
 from mapquilt.dataset.manifest import MISSIONS_FOLDER
 from mapquilt.dataset.plan import MissionPlan, SamplePlan
 from mapquilt.dataset.preview import preview_png
 from mapquilt.json_file import read_record
 from mapquilt.runs import folder as run_folder
+from mapquilt.runs.open_world import open_world
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, true_footprints
 from mapquilt.runs.writer import fill_run

@@ -9,8 +9,8 @@ from typing import Any
 from rich.table import Table
 
 from mapping.numbers import parse_range
-from mapquilt.cli.tables import plain_table
 from mapquilt.dataset.manifest import Manifest
+from mapquilt.viz.text_table import plain_table
 
 
 @dataclass(frozen=True)

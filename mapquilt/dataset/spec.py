@@ -13,8 +13,8 @@ from mapping.io.safe_load import read_yaml, yaml_value
 from mapping.settings import MappingSettings
 from mapquilt.leaves import with_assignments
 from mapquilt.settings import COMBINED, ExperimentConfig, check_parts
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset
 
 READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")

@@ -49,8 +49,8 @@ def write_debug(out: Path, team: TeamSteps, on_progress: Callable[[int, int], No
     The folder is written atomically; an older one is replaced.
     """
     from mapquilt.merging.morphology_steps import steps_record
+    from mapquilt.merging.step_pictures import direction_figure, match_figure, picture_png, sheet_figure, step_pictures
     from mapquilt.viz.png import figure_png
-    from mapquilt.viz.step_pictures import direction_figure, match_figure, picture_png, sheet_figure, step_pictures
 
     refuse_foreign(out, RECORD_FILE)
     total = len(team.maps) + len(team.pairs)

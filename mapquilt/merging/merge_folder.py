@@ -45,7 +45,7 @@ def merge_files(
     folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
 ) -> dict[Path, bytes]:
     """Build the files of a merge by path, as bytes."""
-    from mapquilt.viz.overview import merge_figure
+    from mapquilt.viz.merge_picture import merge_figure
 
     path = folder / run_folder.MERGE_FILE
     record = record_bytes(path, "merge", merge_record(inputs, settings, seed, result))

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, PairInfo
-from mapquilt.evaluation.run_score import evaluate_run_pair, run_ground_truth
 from mapquilt.json_file import read_record
 from mapquilt.merging.merge_file import load_answer
 from mapquilt.report.charts import stage_chart
 from mapquilt.report.content import Content, Picture
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import load_truth
+from mapquilt.scoring.run_score import evaluate_run_pair, run_ground_truth
 
 PICTURES = (
     (

@@ -10,8 +10,8 @@ from pathlib import Path
 from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
-from mapquilt.cli.options.world import open_world
 from mapquilt.jobs.mission_cache import MissionCache
+from mapquilt.runs.open_world import open_world
 from mapquilt.settings import ExperimentConfig
 from sim.mission.mission import Mission, simulate
 from sim.mission.overlap import cut_to_overlap

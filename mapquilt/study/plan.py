@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.seeds import Role, check_seed, derived_seed
-from mapquilt.cli.options.world import open_world
+from mapquilt.runs.open_world import open_world
 from mapquilt.settings import ExperimentConfig
 from mapquilt.study.variables import SWEEPS, Variable, parse_assignment
 from merge.settings import MergeSettings

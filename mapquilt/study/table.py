@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from mapquilt.cli.tables import plain_table
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
 from mapquilt.study.paired import ALL_LEVELS, PairedTest
 from mapquilt.study.results import Cell, CellTime, StudyResults
+from mapquilt.viz.text_table import plain_table
 
 NUMBERS = ("pairs", "true accepts", "false accepts", "deg", "%", "m", "AI", "IoU free", "F1 walls", "s a pair")
 

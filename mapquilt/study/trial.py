@@ -9,10 +9,10 @@ from pathlib import Path
 from mapping.io.map_file import map_files
 from mapping.map_set import MapSet
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, PairInfo
-from mapquilt.evaluation.run_score import evaluate_run_pair, score_merged_map
 from mapquilt.jobs.timing import one_thread, warm_up
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, true_footprints
+from mapquilt.scoring.run_score import evaluate_run_pair, score_merged_map
 from mapquilt.settings import ExperimentConfig
 from mapquilt.study.missions import cut_mission, largest_mission
 from mapquilt.study.plan import Level, Method, MissionTask

@@ -14,8 +14,8 @@ from mapping.grid.sensor_model import sensor_model
 from mapping.seeds import Role, stream
 from reproductions.chen2021.cases import FLOOR_MAPS, HALL_MAPS, RANGE_SIGMA, RESOLUTION, Place
 from sim.mission.mission import Mission, simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.noise import Noise, sense
 from worlds.building.floor_plan import Room

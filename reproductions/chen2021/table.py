@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from mapquilt.cli.tables import plain_table
 from mapquilt.evaluation.pair_rows import csv_text
 from mapquilt.evaluation.statistics import Share
+from mapquilt.viz.text_table import plain_table
 from reproductions.chen2021.cases import CASES, Case
 from reproductions.chen2021.make import Study
 from reproductions.chen2021.methods import CORRECTED, PLAIN

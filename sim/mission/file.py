@@ -18,9 +18,9 @@ from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 from sim.mission.mission import Mission
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
 from sim.physics.drive import DriveLimits
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset
 from worlds.world import World

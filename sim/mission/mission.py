@@ -10,6 +10,7 @@ from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.trajectory import Trajectory
 from mapping.seeds import Role, stream
+from sim.mission.controllers import make_navigators
 from sim.mission.overlap import cut_to_overlap, start_attempts
 from sim.mission.replay import Replayed, check_replay
 from sim.mission.running import Driven, Mover, run_team
@@ -17,7 +18,6 @@ from sim.mission.settings import MissionSettings
 from sim.mission.starts import choose_starts
 from sim.physics.bullet import BulletScene
 from sim.physics.stopwatch import Stopwatch
-from sim.policies.controllers import make_navigators
 from worlds.raster import true_raster
 from worlds.world import World
 

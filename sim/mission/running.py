@@ -14,10 +14,10 @@ from mapping.geometry.se2 import SE2
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
-from sim.mission.robot import RobotSettings
 from sim.physics.bodies import Command
 from sim.physics.bullet import BulletScene
 from sim.physics.drive import Drive
+from sim.physics.robot import RobotSettings
 from sim.physics.stopwatch import Stopwatch
 from sim.sensors.lidar import Lidar
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from sim.mission.robot import MAX_ROBOTS, RobotSettings
 from sim.mission.starts import STARTS, Starts
 from sim.physics.drive import DRIVES, Drive
+from sim.physics.robot import MAX_ROBOTS, RobotSettings
 
 PolicyName = Literal["explore", "patrol", "replay"]
 """explore: drive to where most is unknown; patrol: drive between goals; replay: follow given trajectories."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skimage.graph import MCP_Geometric
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import RobotSettings
+from sim.physics.robot import RobotSettings
 from worlds.floor import CLEAR, Floor, find_floor
 from worlds.world import World
 

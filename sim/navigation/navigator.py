@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from mapping.geometry.se2 import SE2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
-from sim.mission.robot import RobotSettings
 from sim.navigation.avoidance import Avoidance
 from sim.navigation.fence import Fence
 from sim.navigation.known_free_space import KnownFreeSpace
+from sim.navigation.policy import NO_PATH, Policy
 from sim.navigation.right_of_way import blocks_path, nearest_robot, retreat_cell, waiting_time, wall_distance
 from sim.navigation.routes import Routes
 from sim.navigation.stuck import STUCK_DISTANCE, StuckDetector
 from sim.navigation.tracking import Tracker
+from sim.physics.robot import RobotSettings
 from sim.physics.stopwatch import Stopwatch
-from sim.policies.policy import NO_PATH, Policy
 from worlds.polygon import Polygon
 
 REPLAN = 2.5

@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import RobotSettings
 from sim.physics.drive import Drive
+from sim.physics.robot import RobotSettings
 
 RAY_HEIGHT = 0.5
 BODY_HEIGHT = 0.6

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import MAX_ROBOTS, RobotSettings
 from sim.physics.bodies import BODIES, RAY_HEIGHT, Command, VelocityBody
 from sim.physics.drive import Drive
+from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.world import World
 

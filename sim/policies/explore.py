@@ -11,9 +11,9 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.log_odds import LogOddsMapper
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
+from sim.navigation.policy import NO_PATH
 from sim.navigation.routes import Routes
 from sim.policies.frontiers import Viewpoints, viewpoints
-from sim.policies.policy import NO_PATH
 from sim.sensors.lidar import Lidar
 
 CELL = 0.1

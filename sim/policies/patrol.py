@@ -13,8 +13,8 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
 from sim.navigation.navigator import ARRIVED
+from sim.navigation.policy import NO_PATH
 from sim.navigation.routes import Routes
-from sim.policies.policy import NO_PATH
 from worlds.floor import find_floor
 from worlds.raster import true_raster
 from worlds.world import World

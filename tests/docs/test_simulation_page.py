@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 
 from mapquilt.cli.options.robots_file import FIELDS
-from sim.mission.robot import RobotSettings
 from sim.mission.running import PHYSICS_STEP
 from sim.mission.settings import POLICIES, MissionSettings
 from sim.mission.starts import STARTS
 from sim.navigation import navigator, right_of_way, routes, steering, stuck
 from sim.physics import bodies, bullet
 from sim.physics.drive import DRIVES, DriveLimits
+from sim.physics.robot import RobotSettings
 from sim.policies import explore, patrol
 from tests.conftest import command
 

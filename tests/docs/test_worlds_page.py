@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mapquilt.cli.options.world import open_world
+from mapquilt.runs.open_world import open_world
 from worlds.families.registry import FAMILIES, make_world
 from worlds.floor import require_drivable
 

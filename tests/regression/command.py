@@ -11,9 +11,10 @@ from typing import Annotated
 import typer
 
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
-from mapquilt.cli.tables import plain_table, print_table
+from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner, Workers
+from mapquilt.viz.text_table import plain_table
 from tests.regression.compare import FAILING, HEADINGS, Change, compare
 from tests.regression.golden import GoldenFiles, GoldenPair, read_golden, write_golden
 from tests.regression.pairs import all_pairs, evaluate, family_samples

@@ -14,10 +14,10 @@ from mapping.grid.frame_perturbation import HONEST, FramePerturbationRanges
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.evaluation.evaluated_pair import GroundTruth, PairInfo, evaluate_pair
-from mapquilt.evaluation.run_score import run_ground_truth
 from mapquilt.jobs.timing import one_thread
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.true_footprints import true_footprints
+from mapquilt.scoring.run_score import run_ground_truth
 from mapquilt.settings import SampleSettings
 from merge.merger import match_maps
 from merge.settings import MergeSettings

@@ -6,8 +6,8 @@ import pytest
 
 from mapping.geometry.se2 import SE2
 from sim.mission.mission import Mission, simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world
 from worlds.polygon import box

@@ -15,10 +15,10 @@ from mapping.io.tum import load_tum
 from mapping.numbers import parse_number
 from mapping.robot.trajectory import Trajectory
 from mapquilt.cli.options.robots_file import load_robots
-from sim.mission.robot import MAX_ROBOTS, RobotSettings
 from sim.mission.settings import MissionSettings, PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive, DriveLimits
+from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from sim.sensors.lidar import Lidar
 
 StartOption = Annotated[

@@ -9,7 +9,7 @@ from typing import Any
 from mapping.geometry.se2 import SE2
 from mapping.io.safe_load import read_yaml
 from mapquilt.settings import lidar_at_rate
-from sim.mission.robot import RobotSettings
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 
 FIELDS = ("start", "lidar", "rate", "speed", "turn_rate", "acceleration", "turn_acceleration", "radius")

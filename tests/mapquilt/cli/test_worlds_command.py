@@ -13,7 +13,7 @@ import yaml
 from PIL import Image
 
 from mapquilt.cli.app import run
-from mapquilt.cli.options.world import open_world
+from mapquilt.runs.open_world import open_world
 from worlds.families.registry import FAMILIES, make_world
 from worlds.world_file import world_from_json
 

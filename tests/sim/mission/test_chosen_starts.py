@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import RobotSettings
 from sim.mission.starts import Starts, choose_starts
+from sim.physics.robot import RobotSettings
 from worlds.families.registry import make_world
 from worlds.polygon import box
 from worlds.world import World

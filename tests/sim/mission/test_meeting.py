@@ -12,7 +12,6 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
 from sim.mission.mission import simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.running import Driven
 from sim.mission.settings import MissionSettings
 from sim.navigation.known_free_space import KnownFreeSpace
@@ -22,6 +21,7 @@ from sim.navigation.routes import Routes
 from sim.navigation.tracking import Tracker
 from sim.physics.bullet import BulletScene
 from sim.physics.drive import DriveLimits
+from sim.physics.robot import RobotSettings
 from sim.physics.stopwatch import Stopwatch
 from sim.policies.explore import FrontierExploration
 from sim.sensors.lidar import Lidar

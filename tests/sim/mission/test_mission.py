@@ -16,8 +16,8 @@ from mapping.geometry.se2 import SE2
 from mapping.ground_truth.footprint import observed
 from sim.mission.file import save_mission
 from sim.mission.mission import Mission, simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world
 from worlds.polygon import distances
@@ -77,7 +77,7 @@ from sim.sensors.lidar import Lidar
 from sim.mission.mission import simulate
 from sim.mission.file import save_mission
 from sim.mission.settings import MissionSettings
-from sim.mission.robot import RobotSettings
+from sim.physics.robot import RobotSettings
 from worlds.families.registry import make_world
 settings = MissionSettings((RobotSettings(Lidar(base_from_lidar=SE2(0.08, -0.02, 0.4))),) * 3, duration=12.0)
 save_mission(simulate(make_world("office", 1), settings, seed=5)[0], Path(sys.argv[1]))

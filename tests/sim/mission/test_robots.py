@@ -10,10 +10,10 @@ import pytest
 
 from mapping.geometry.se2 import SE2
 from sim.mission.mission import simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
 from sim.physics.bullet import BulletScene
 from sim.physics.drive import Drive, DriveLimits
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world
 from worlds.world import World

@@ -10,9 +10,9 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.trajectory import Trajectory
 from sim.mission.mission import simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
 from sim.navigation.fence import Fence
+from sim.physics.robot import RobotSettings
 from sim.policies.patrol import REACHED, draw_goals
 from worlds.polygon import box, disc
 from worlds.world import World

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sim.mission.mission import simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
+from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from worlds.families.registry import make_world
 

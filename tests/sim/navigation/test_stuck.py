@@ -9,10 +9,10 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
-from sim.mission.robot import RobotSettings
 from sim.navigation.navigator import BAN_TIME, Navigator
 from sim.navigation.routes import Routes
 from sim.navigation.stuck import STUCK_TIME, StuckDetector
+from sim.physics.robot import RobotSettings
 from sim.physics.stopwatch import Stopwatch
 from sim.sensors.lidar import Lidar
 

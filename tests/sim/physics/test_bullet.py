@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mapping.geometry.se2 import SE2
-from sim.mission.robot import MAX_ROBOTS, RobotSettings
 from sim.physics.bullet import MAX_RAYS, BulletScene
 from sim.physics.drive import DriveLimits
+from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world
 from worlds.world import World

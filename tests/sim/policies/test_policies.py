@@ -12,11 +12,11 @@ import pytest
 
 from mapping.geometry.se2 import SE2
 from mapping.robot.trajectory import Trajectory
+from sim.mission.controllers import make_patrols
 from sim.mission.file import load_mission, save_mission
 from sim.mission.mission import Mission, simulate
-from sim.mission.robot import RobotSettings
 from sim.mission.settings import MissionSettings
-from sim.policies.controllers import make_patrols
+from sim.physics.robot import RobotSettings
 from tests.sim.mission.test_mission import digests
 from worlds.families.registry import make_world
 from worlds.world import World

@@ -13,11 +13,12 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.evaluation.run_score import RunScore
 from mapquilt.merging.merge_file import GroupRecord
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import load_truth
-from mapquilt.viz.overview import merge_figure, overview_figure
+from mapquilt.scoring.overview import overview_figure
+from mapquilt.scoring.run_score import RunScore
+from mapquilt.viz.merge_picture import merge_figure
 from mapquilt.viz.palette import map_colours, robot_colour
 from mapquilt.viz.panels import Extent, lay_out
 from merge.fusion import fuse_and_compare

@@ -15,8 +15,9 @@ from mapping.map_set import MapSet
 from mapquilt.cli.score import score_table
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.evaluated_pair import OUTCOMES, PairInfo
-from mapquilt.evaluation.run_score import RunScore, evaluate_run_pair, score_bytes
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
+from mapquilt.scoring.run_score import RunScore, evaluate_run_pair
+from mapquilt.scoring.score_file import score_bytes
 from merge.records.result import PairResult
 from merge.records.verdict import Reason, Refusal
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
@@ -13,13 +11,8 @@ from mapping.map_set import MapSet
 from mapquilt.evaluation.aggregation import outcome_counts
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo, evaluate_pair
 from mapquilt.evaluation.map_quality import MapQuality, align_to_world, map_quality, median_pose_error, observed_part
-from mapquilt.evaluation.pair_rows import to_row
-from mapquilt.evaluation.transform_error import THESIS
-from mapquilt.json_file import record_bytes
 from mapquilt.runs.truth_file import RunTruth
 from merge.records.result import PairResult
-
-SCHEMA = "mapquilt-score/2"
 
 
 @dataclass(frozen=True)
@@ -81,18 +74,3 @@ def score_merged_map(
         quality=map_quality(merged, world_from_reference, observed_part(world, list(footprints.values()))),
         pose_error_m=median_pose_error(maps, world_from_map, reference_from_map, world_from_reference),
     )
-
-
-def score_bytes(path: Path, score: RunScore) -> bytes:
-    """Write the content of score.json."""
-    pairs = [to_row(one) | {"right_thesis": one.error is not None and THESIS.holds(one.error)} for one in score.pairs]
-    merged = [
-        {
-            "reference": one.reference,
-            "maps": list(one.maps),
-            **dataclasses.asdict(one.quality),
-            "pose_error_m": one.pose_error_m,
-        }
-        for one in score.merged
-    ]
-    return record_bytes(path, "score", {"schema": SCHEMA, "merged": merged, "pairs": pairs, "summary": score.summary()})

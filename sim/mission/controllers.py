@@ -9,10 +9,10 @@ from mapping.geometry.se2 import SE2
 from mapping.seeds import Role, stream
 from sim.mission.settings import MissionSettings
 from sim.navigation.navigator import Navigator
+from sim.navigation.policy import Policy
 from sim.physics.stopwatch import Stopwatch
 from sim.policies.explore import FrontierExploration
 from sim.policies.patrol import Patrol, check_goals, draw_goals, floor_plan
-from sim.policies.policy import Policy
 from worlds.world import World
 
 

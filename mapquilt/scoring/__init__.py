@@ -1,0 +1,1 @@
+"""The score of a run: its merge against the ground truth."""

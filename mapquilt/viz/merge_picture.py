@@ -1,0 +1,87 @@
+"""Pictures of a run: the maps and their merge, and the whole against the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapquilt.viz.palette import FREE, UNKNOWN, map_colours, of_255, picture
+from mapquilt.viz.panels import Extent, lay_out, write_title
+from merge.records.result import MergedGroup
+
+OPACITY = 0.9
+"""Opacity of a map's walls where they cover those of other maps."""
+
+
+def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
+    """Draw the merged map of each group, with walls in the colours of their maps, and every input map. A group of one
+    map is only drawn if it is the first."""
+    shown = [group for index, group in enumerate(groups) if index == 0 or len(group.reference_from_map) > 1]
+    figure, panels = lay_out([extent_of(grid) for grid in (*(group.merged for group in shown), *maps.grids)])
+    for panel, group in zip(panels, shown, strict=False):
+        # The maps' own walls cover the merged ones, which would darken their colours.
+        show_grid(panel, group.merged, walls=not group.reference_from_map)
+        show_all_walls(panel, maps, group.reference_from_map)
+        conflicts = int(np.count_nonzero(group.conflicts.occupied))
+        details = f", {conflicts} cells in conflict" if conflicts else ""
+        title = "merged map" if len(shown) == 1 else f"merged map {shown.index(group) + 1}"
+        write_title(
+            panel, title, f"{count_of_merged(group.reference_from_map, maps)}, frame of {group.reference}{details}"
+        )
+    number_of = {name: number for number, group in enumerate(shown, 1) for name in group.reference_from_map}
+    colours = map_colours(maps.names)
+    for panel, name, grid, colour in zip(panels[len(shown) :], maps.names, maps.grids, colours, strict=True):
+        show_grid(panel, grid)
+        joined = "" if len(shown) == 1 else f"in merged map {number_of.get(name)}"
+        write_title(panel, name, joined if name in number_of else "not merged", colour)
+    return figure
+
+
+def count_of_merged(placed: Mapping[str, Similarity2], maps: MapSet) -> str:
+    return f"{len(placed)} of {len(maps)} maps"
+
+
+def extent_of(grid: OccupancyGrid) -> Extent:
+    """Return the extent of a map's known cells, in its own metres."""
+    frame, known = grid.frame, grid.known
+    if not known.any():
+        known = np.ones(frame.shape, bool)
+    rows, last = np.flatnonzero(known.any(axis=1)), frame.shape[1] - 1
+    ends = known[rows].argmax(axis=1), last - known[rows, ::-1].argmax(axis=1)  # the outermost known cells of each row
+    metres = frame.metres_from_cells(np.concatenate([np.column_stack((rows, end)) for end in ends]))
+    (left, low), (right, high) = metres.min(axis=0), metres.max(axis=0)
+    return Extent(left - frame.resolution, right + frame.resolution, low - frame.resolution, high + frame.resolution)
+
+
+def show_grid(panel: Axes, grid: OccupancyGrid, walls: bool = True) -> None:
+    panel.set_facecolor(of_255(UNKNOWN))
+    image = picture(grid) if walls else picture(grid, wall=FREE)
+    _show_image(panel, image, grid.frame, Similarity2())
+
+
+def _show_image(
+    panel: Axes, image: NDArray[np.uint8], frame: GridFrame, panel_from_map: Similarity2, zorder: float = 0.0
+) -> None:
+    """Draw a picture of a map, row 0 lowest, at its origin and transform."""
+    placed = Affine2D(np.vstack((panel_from_map.matrix(), (0.0, 0.0, 1.0))))
+    drawn = panel.imshow(image[::-1], origin="upper", interpolation="antialiased", aspect="auto", zorder=zorder)
+    drawn.set_transform(Affine2D(frame.metre_from_pixel()) + placed + panel.transData)
+
+
+def show_all_walls(panel: Axes, maps: MapSet, panel_from_map: Mapping[str, Similarity2]) -> None:
+    for name, grid, colour in zip(maps.names, maps.grids, map_colours(maps.names), strict=True):
+        if name in panel_from_map:
+            image = np.empty((*grid.frame.shape, 4), np.uint8)
+            image[..., :3] = np.rint(255.0 * np.array(to_rgb(colour)))
+            image[..., 3] = np.where(grid.occupied, round(255.0 * OPACITY), 0)
+            _show_image(panel, image, grid.frame, panel_from_map[name], zorder=2.0)
