@@ -14,18 +14,18 @@ from mapquilt.cli.entry import run_app
 
 VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "simulate": ("mapquilt.cli.simulate:simulate", "Drive robots through a world and map it."),
-        "sense": ("mapquilt.cli.sense:sense", "Map a mission again with other noise, without the simulator."),
-        "merge": ("mapquilt.cli.merge:merge", "Find the transforms between maps and merge them."),
-        "score": ("mapquilt.cli.score:score", "Compare a run's merge with the ground truth."),
-        "worlds": ("mapquilt.cli.worlds:worlds_app", "List, draw and write worlds."),
-        "lidars": ("mapquilt.cli.lidars:lidars", "List the lidar presets."),
-        "dataset": ("mapquilt.cli.dataset:app", "Make and inspect data sets of map pairs."),
-        "benchmark": ("mapquilt.cli.benchmark:benchmark", "Score methods on pairs with a known transform."),
-        "calibrate": ("mapquilt.cli.calibrate:calibrate", "Fit the merger's confidence to data sets."),
-        "study": ("mapquilt.cli.study:study", "Vary a setting and measure the effect on merges."),
-        "report": ("mapquilt.cli.report:report", "Turn results into one HTML file."),
-        "convert": ("mapquilt.cli.convert:convert", "Write a map, a log or a run for other programs."),
+        "simulate": ("mapquilt.cli.verbs.simulate:simulate", "Drive robots through a world and map it."),
+        "sense": ("mapquilt.cli.verbs.sense:sense", "Map a mission again with other noise, without the simulator."),
+        "merge": ("mapquilt.cli.verbs.merge:merge", "Find the transforms between maps and merge them."),
+        "score": ("mapquilt.cli.verbs.score:score", "Compare a run's merge with the ground truth."),
+        "worlds": ("mapquilt.cli.verbs.worlds:worlds_app", "List, draw and write worlds."),
+        "lidars": ("mapquilt.cli.verbs.lidars:lidars", "List the lidar presets."),
+        "dataset": ("mapquilt.cli.verbs.dataset:app", "Make and inspect data sets of map pairs."),
+        "benchmark": ("mapquilt.cli.verbs.benchmark:benchmark", "Score methods on pairs with a known transform."),
+        "calibrate": ("mapquilt.cli.verbs.calibrate:calibrate", "Fit the merger's confidence to data sets."),
+        "study": ("mapquilt.cli.verbs.study:study", "Vary a setting and measure the effect on merges."),
+        "report": ("mapquilt.cli.verbs.report:report", "Turn results into one HTML file."),
+        "convert": ("mapquilt.cli.verbs.convert:convert", "Write a map, a log or a run for other programs."),
     }
 )
 """Each verb with the function or application that runs it, and its line in ``mapquilt --help``."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from mapquilt.cli.lidars import lidar_row
+from mapquilt.cli.verbs.lidars import lidar_row
 from sim.sensors.lidar_presets import PRESETS, LidarPreset
 from sim.sensors.noise import COMPONENTS, Noise
 

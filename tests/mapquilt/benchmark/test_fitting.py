@@ -9,7 +9,7 @@ import pytest
 
 from mapquilt.benchmark.fitting import decide_again, fit_acceptance
 from mapquilt.cli.app import run
-from mapquilt.cli.calibrate import acceptance_record
+from mapquilt.cli.verbs.calibrate import acceptance_record
 from mapquilt.evaluation.calibration import calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth
 from mapquilt.evaluation.transform_error import TransformError

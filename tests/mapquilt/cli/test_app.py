@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-import mapquilt.cli.score
+import mapquilt.cli.verbs.score
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
@@ -199,7 +199,7 @@ def test_what_fits_in_no_memory_is_told_in_one_line(capsys, monkeypatch, merged_
     def huge(run):
         np.empty(2**58, np.uint8)
 
-    monkeypatch.setattr(mapquilt.cli.score, "score_run", huge)
+    monkeypatch.setattr(mapquilt.cli.verbs.score, "score_run", huge)
     assert "not enough memory" in refused(capsys, "score", merged_run)
 
 
@@ -360,7 +360,7 @@ def test_an_internal_error_is_status_70_and_says_so(capsys, monkeypatch, merged_
     def broken(run):
         raise RuntimeError("the moon is made of cheese")
 
-    monkeypatch.setattr(mapquilt.cli.score, "score_run", broken)
+    monkeypatch.setattr(mapquilt.cli.verbs.score, "score_run", broken)
     assert command("score", merged_run) == 70
     assert capsys.readouterr().err.splitlines()[-1] == (
         "mapquilt: internal error: RuntimeError: the moon is made of cheese"
@@ -409,7 +409,7 @@ def test_an_interrupt_that_numba_reports_as_an_error_of_its_own_is_an_interrupt(
     def interrupted(run):
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
-    monkeypatch.setattr(mapquilt.cli.score, "score_run", interrupted)
+    monkeypatch.setattr(mapquilt.cli.verbs.score, "score_run", interrupted)
     assert command("score", merged_run) == 130
     assert capsys.readouterr().err == "mapquilt: interrupted\n"
 

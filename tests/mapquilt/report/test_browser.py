@@ -10,7 +10,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
-from mapquilt.cli.report import read_content
+from mapquilt.cli.verbs.report import read_content
 from mapquilt.report.page import render_page
 
 pytestmark = pytest.mark.browser

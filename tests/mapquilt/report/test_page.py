@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from mapquilt.benchmark.files import PAIRS_FILE
-from mapquilt.cli.report import read_content
+from mapquilt.cli.verbs.report import read_content
 from mapquilt.report.gallery import choose
 from mapquilt.report.page import render_page
 from mapquilt.report.summary import headline

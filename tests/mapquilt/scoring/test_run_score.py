@@ -12,8 +12,8 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.ground_truth.ambiguity_search import Identifiability
 from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapping.map_set import MapSet
-from mapquilt.cli.score import score_table
 from mapquilt.cli.tables import print_table
+from mapquilt.cli.verbs.score import score_table
 from mapquilt.evaluation.evaluated_pair import OUTCOMES, PairInfo
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from mapquilt.scoring.run_score import RunScore, evaluate_run_pair
