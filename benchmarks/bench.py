@@ -1,4 +1,4 @@
-"""``make bench``: what each step costs, as ratios measured in one run. Absolute times are this machine's alone."""
+"""``make bench``: measure the cost of each step, as ratios within one run, since absolute times depend on the machine."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def main(arguments: list[str]) -> None:
 
 
 def bench_main_job(run: Path) -> Mission:
-    """The main job's split: physics, rays, planning, mapping, merging."""
+    """Split the time of a simulated run into physics, rays, planning, mapping and merging."""
     settings = SampleSettings(seed=SEED)
     simulate_run(run, make_world("office", SEED), MissionSettings(duration=DURATION), settings, SEED)
     merge_run(run, MergeSettings(), seed=0)
@@ -84,7 +84,7 @@ def bench_main_job(run: Path) -> Mission:
 
 
 def bench_mapping(mission: Mission) -> None:
-    """Integrating a scan against the bare ray casting that makes it, in turn, on every scan of one robot."""
+    """Compare the integration of a scan with the ray casting that makes it, in turn, on every scan of one robot."""
     robot, lidar = mission.robots[0], mission.settings.robots[0].lidar
     poses = [robot.trajectory.pose(k) @ robot.base_from_lidar for k in range(len(robot.scans))]
     with BulletScene(mission.world, []) as scene:
@@ -116,7 +116,7 @@ def _integrate(scans: tuple[LidarScan, ...], poses: list[SE2]) -> None:
 
 
 def bench_site() -> None:
-    """A large site, mapped in a process of its own, so that its peak memory is its own."""
+    """Map a large site in a separate process, to measure its peak memory."""
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks.bench", "--site"], check=True, capture_output=True, text=True
     )
@@ -127,7 +127,7 @@ def bench_site() -> None:
 
 
 def print_site_memory() -> None:
-    """Map the site lane by lane; the beams are few, since memory grows with the area and not with them."""
+    """Map the site lane by lane, with few beams, since memory depends on the area only."""
     rng = np.random.default_rng(SEED)
     mapper = LogOddsMapper()
     beams = 36

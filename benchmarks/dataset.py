@@ -1,4 +1,4 @@
-"""The data sets' part of ``make bench``: where the time goes when missions become samples, on one worker."""
+"""Data sets in ``make bench``: processor time of each step from mission to sample, on one worker."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ STEPS: tuple[tuple[str, ModuleType | type, str], ...] = (
     ("files: previews", group, "preview_png"),
     ("files: hashes", group, "_hashes"),
 )
-"""What each step is called, and the functions that do it, by the module that calls them. A step within another is
-counted once, as its own; what no step holds is counted as all else."""
+"""Name of each step, and its functions, by the module that calls them. A nested step counts only as itself, and the
+time outside of all steps as all else."""
 
 Seconds = dict[str, float]
 
 
 class Clock:
-    """Processor time of this process by step [s], each moment counted for the innermost step that runs."""
+    """Measure the processor time of this process by step [s], with each moment counted for the innermost step."""
 
     def __init__(self) -> None:
         self.seconds: Seconds = defaultdict(float)
@@ -79,7 +79,7 @@ class Clock:
 
 
 def bench_dataset() -> None:
-    """Print the split of making samples as the ready specification ``standard`` makes them: one mission a family."""
+    """Print the time split of the built-in specification ``standard``, with one mission per family."""
     missions = tuple(MissionsSpec(world=family, count=1) for family in FAMILIES)
     plans = _plans(missions)
     measure(_plans((MissionsSpec(world=FAMILIES[0], count=1, robots=2, duration=5.0),))[0])  # compiled, loaded, warm
@@ -92,7 +92,7 @@ def bench_dataset() -> None:
 
 
 def measure(plan: MissionPlan) -> Seconds:
-    """Processor time [s] by step of making one mission's samples."""
+    """Return the processor time [s] by step for the samples of one mission."""
     clock = Clock()
     with ExitStack() as stack:
         for name, module, function in STEPS:

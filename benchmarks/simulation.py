@@ -1,4 +1,4 @@
-"""The simulator's part of ``make bench``: against the bare calls, against time, and against another simulator."""
+"""Simulation in ``make bench``, compared with bare PyBullet calls, real time, and another simulator."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ REAL_TIME: tuple[tuple[str, int, Drive, float, float], ...] = (
     ("exploring: 3 robots", 3, "velocity", 120.0, 15.0),
     ("on wheels: 8 robots", 8, "wheels", 60.0, 3.0),
 )
-"""What runs, robots, drive, duration [s], least factor of real time on one core."""
+"""Name, number of robots, drive, duration [s], least real-time factor on one core."""
 
 Rays = tuple[np.ndarray, np.ndarray]
 
 
 def bench_simulation() -> None:
-    """Print what simulating costs, in processor time of one process."""
+    """Print the cost of the simulation, in processor time of one process."""
     table = _table("simulating: office, 360 beams at 10 Hz, 12 m", "", "measured", "range", "bound")
     _add_replay(table)
     for name, robots, drive, duration, bound in REAL_TIME:
@@ -73,7 +73,7 @@ def _add_replay(table: Table) -> None:
 
 
 def _needed_rays(mission: Mission) -> list[list[list[Rays]]]:
-    """The rays of each scan of each robot: all beams a short way, and those that meet nothing there to the end."""
+    """List the rays of each scan of each robot: all beams at short range, and those without a hit at full range."""
     lidar = mission.settings.robots[0].lidar
     needed = []
     for truth in mission.robots:
@@ -93,7 +93,7 @@ def _rays(pose: SE2, angles: np.ndarray, reach: float) -> Rays:
 
 
 def _bare(mission: Mission, rays: list[list[list[Rays]]]) -> None:
-    """The same scene, the same steps and the same rays, and no more."""
+    """Run only the steps and rays of the mission in the same scene."""
     starts = [truth.trajectory.pose(0) for truth in mission.robots]
     with BulletScene(mission.world, starts, mission.settings.robots) as scene:
         for k in range(len(mission.robots[0].scans)):
@@ -127,7 +127,7 @@ def _add_rays(table: Table) -> None:
 
 
 def _ir_sim(irsim: Any, path: Path, world: World, starts: list[SE2], lidar: Lidar) -> Any:
-    """The robots of an ir-sim world with the same walls, beams and starts."""
+    """Create the robots of an ir-sim world with the same walls, beams and starts."""
     sensor = {
         "name": "lidar2d",
         "range_max": lidar.range_max,
@@ -173,7 +173,7 @@ def _add_ratios(table: Table, name: str, ratios: list[float], bound: str) -> Non
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    """Processor time, so that what else runs on the machine counts little."""
+    """Measure processor time, which depends little on other processes."""
     start = time.process_time()
     work()
     return time.process_time() - start

@@ -1,4 +1,4 @@
-"""The method of chapter 5 in ``make bench``: what the correction of a map costs, and a pair."""
+"""The method of chapter 5 of the thesis in ``make bench``: cost of correcting a map, and of a pair."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def _settings() -> tuple[tuple[str, MergeSettings], ...]:
     return (
         ("a pair as published, scale known", MergeSettings(METHOD, as_published=True)),
         ("a pair as published, scale 0.5 to 2", MergeSettings(METHOD, free, as_published=True)),
-        ("a pair through the common judge, scale known", MergeSettings(METHOD)),
-        ("a pair through the common judge, scale 0.5 to 2", MergeSettings(METHOD, free)),
+        ("a pair with the common acceptance, scale known", MergeSettings(METHOD)),
+        ("a pair with the common acceptance, scale 0.5 to 2", MergeSettings(METHOD, free)),
     )
 
 

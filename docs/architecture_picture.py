@@ -49,7 +49,7 @@ def picture() -> Figure:
     axes.text(
         0.0,
         -0.55,
-        "mapping imports no other room; worlds, sim and merge import it; sim imports worlds; mapquilt imports all.",
+        "mapping imports no other package; worlds, sim and merge import it; sim imports worlds; mapquilt imports all.",
         size=9,
         color="#333333",
     )

@@ -1,4 +1,4 @@
-"""How far odometry drifts at level 1 on real paths: ``python docs/noise_drift.py RUN...``."""
+"""Measure the drift of odometry at level 1 on the paths of runs: ``python docs/noise_drift.py RUN...``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sim.mission.file import load_mission
 from sim.sensors.odometry import OdometryNoise, draw_bias, simulate_odometry
 
 SEEDS = 30
-"""Drifts that are drawn for each path."""
+"""Number of random drifts per path."""
 
 
 def main(runs: list[Path]) -> None:
@@ -36,7 +36,7 @@ def main(runs: list[Path]) -> None:
 
 
 def drift(path: Trajectory, noise: OdometryNoise, index: int) -> NDArray[np.float64]:
-    """Errors at the end of a path, (SEEDS, 2): per cent of the distance, and degrees."""
+    """Draw errors at the end of a path, (SEEDS, 2): per cent of the distance, and degrees."""
     end, errors = path.from_start().poses[-1], []
     for seed in range(SEEDS):
         bias = draw_bias(noise, stream(seed, Role.ODOMETRY_BIAS, index))
@@ -46,7 +46,7 @@ def drift(path: Trajectory, noise: OdometryNoise, index: int) -> NDArray[np.floa
 
 
 def summary(drifts: NDArray[np.float64]) -> str:
-    """RMS over all paths, and the paths' own RMS from least to greatest."""
+    """Describe the RMS over all paths, and the range of the RMS of single paths."""
     percent, degrees = np.sqrt((drifts**2).mean(axis=(0, 1)))
     least, most = (bound(np.sqrt((drifts**2).mean(axis=1)), axis=0) for bound in (np.min, np.max))
     return (

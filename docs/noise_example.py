@@ -1,4 +1,4 @@
-"""The picture of docs/noise.md, from a run: ``python docs/noise_example.py RUN PICTURE``."""
+"""Draw the picture of docs/noise.md from a run: ``python docs/noise_example.py RUN PICTURE``."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from sim.sensors.noise import Noise, SensedLog, sense
 
 LEVELS = (0.0, 1.0, 3.0)
 AT = 0.3
-"""Which scan is shown, as a share of the mission."""
+"""Time of the scan that is shown, as a share of the mission."""
 SHOWN = 6.0
-"""How far around the robot [m]."""
+"""Half the side of the shown square around the robot [m]."""
 
 
 def main(run: Path, out: Path) -> None:
@@ -48,14 +48,14 @@ def draw_scan(axes: Axes, truth: RobotTruth, sensed: SensedLog) -> None:
     clean, read = truth.scans[index], sensed.log.scans[index]
     axes.plot(*clean.points().T, ".", color=TRUE_WALL, markersize=6)
     axes.plot(*read.points().T, ".", color=robot_colour(0), markersize=2.5)
-    axes.plot(*made_up(read, sensed.outliers[index]).T, "x", color=robot_colour(1), markersize=5)
+    axes.plot(*replaced_endpoints(read, sensed.outliers[index]).T, "x", color=robot_colour(1), markersize=5)
     axes.plot(0.0, 0.0, "^", color="black", markersize=6)
     axes.set(aspect="equal", xlim=(-SHOWN, SHOWN), ylim=(-SHOWN * 0.7, SHOWN * 0.7))
     axes.tick_params(labelsize=7)
 
 
-def made_up(scan: LidarScan, replaced: np.ndarray) -> np.ndarray:
-    """Where the readings ended that the noise made up, (N, 2)."""
+def replaced_endpoints(scan: LidarScan, replaced: np.ndarray) -> np.ndarray:
+    """Return the endpoints (N, 2) of the readings that noise replaced."""
     points: np.ndarray = scan.points()[replaced[scan.returned]]
     return points
 

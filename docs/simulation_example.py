@@ -1,4 +1,4 @@
-"""The picture of docs/simulation.md, from a run: ``python docs/simulation_example.py RUN PICTURE``."""
+"""Draw the picture of docs/simulation.md from a run: ``python docs/simulation_example.py RUN PICTURE``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers and the picture of docs/truth.md, from a run: ``python docs/truth_example.py RUN PICTURE``."""
+"""Print the numbers and draw the picture of docs/truth.md: ``python docs/truth_example.py RUN PICTURE``."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def main(run: Path, picture: Path) -> None:
 
 
 def robot_text(run: Path, mission: Mission, truth: RunTruth, index: int, name: str) -> str:
-    """Drift at the end of the path, and what the best fit makes of it."""
+    """Describe the drift at the end of the path, the best fit and the distortion."""
     true = mission.robots[index].trajectory
     believed = odometry_front_end(load_robot_log(run / name / "log.npz"))
     end = (true.pose(0) @ believed.pose(len(believed) - 1)).inverse() @ true.pose(len(true) - 1)
@@ -51,7 +51,7 @@ def robot_text(run: Path, mission: Mission, truth: RunTruth, index: int, name: s
 
 
 def composed(truth: RunTruth) -> Similarity2:
-    """What composing the two maps' own fits would call the truth of the pair."""
+    """Compose the fits of the two maps to a transform of the pair."""
     return truth.robot(TARGET).truth.world_from_map.inverse() @ truth.robot(SOURCE).truth.world_from_map
 
 

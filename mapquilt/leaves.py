@@ -58,7 +58,8 @@ def leaf_name(tree: Any, name: str, combined: Combined = NONE_COMBINED) -> str:
         return ending[0]
     if ending:
         raise ValueError(f"{name} is ambiguous: {', '.join(ending)}")
-    close = difflib.get_close_matches(name, [*known, *(full.rpartition(".")[2] for full in known)], n=3)
+    names = dict.fromkeys((*known, *(full.rpartition(".")[2] for full in known)))
+    close = difflib.get_close_matches(name, names, n=3)
     hint = f"; did you mean {' or '.join(close)}?" if close else ""
     raise ValueError(f"{name} is no setting{hint}")
 

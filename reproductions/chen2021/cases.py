@@ -9,14 +9,14 @@ Place = Literal["hall", "floor"]
 PLACES: tuple[Place, ...] = ("hall", "floor")
 
 RESOLUTION, RANGE_SIGMA = 0.05, 0.005
-"""Cells and range noise where nothing else is said [m]."""
+"""Default cell size and range noise [m]."""
 
 BASE = "base"
 
 
 @dataclass(frozen=True)
 class HallMap:
-    """A map of the hall: the place of its start among the world's, its cells and its range noise [m]."""
+    """A map of the hall: index of its start, cell size and range noise [m]."""
 
     start: int
     resolution: float = RESOLUTION
@@ -24,7 +24,7 @@ class HallMap:
 
 
 SET_1_START, OTHER_START = 3, 4
-"""At 2 and at 3 rad: sets 1, and 2 and 3, differ from the base map by 245 and by 188 degrees."""
+"""Starts at 2 and 3 rad: set 1 differs from the base map by 245 degrees, sets 2 and 3 by 188."""
 
 HALL_MAPS = {
     BASE: HallMap(0),
@@ -36,16 +36,16 @@ HALL_MAPS = {
     "0.025 m cells": HallMap(OTHER_START, resolution=0.025),
     "0.2 m cells": HallMap(OTHER_START, resolution=0.2),
 }
-"""Maps by the case in which they meet the base map."""
+"""Maps by the case in which they are merged with the base map."""
 
 FLOOR_MAPS = ("robot 1", "robot 2", "robot 3")
-"""Of the floor's left, right and lower corridor."""
+"""Names of the robots in the floor's left, right and lower corridor."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Results of one case: right runs of the existing pipeline, ``plain`` of ``plain_runs``, and its acceptance index;
-    the same for the corrected pipeline, None where it was not run; and the index at the true transform."""
+    """Results of the thesis for one case: right runs of the existing pipeline, ``plain`` of ``plain_runs``, and its
+    acceptance index; the same for the corrected pipeline, None if it was not run; and the index at the truth."""
 
     plain: int
     plain_index: float

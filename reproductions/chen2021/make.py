@@ -1,4 +1,4 @@
-"""Making the study: whatever stops it, the same command goes on from there, and the answers are the same."""
+"""Run of the reproduction, which the same command resumes after an interruption."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_SEEDS = 1000
 
 @dataclass(frozen=True)
 class StudySpec:
-    """``seeds`` from 0 on, and the methods by title. Raises ``ValueError`` naming what does not fit."""
+    """Number of ``seeds``, from 0, and the titles of the methods. Raises ``ValueError`` naming a bad value."""
 
     seeds: int = 20
     methods: tuple[str, ...] = tuple(each.title for each in study_methods())
@@ -112,7 +112,7 @@ def make_study(spec: StudySpec, out: Path, runner: Runner, on_progress: Progress
 
 LONGEST_PLACES: tuple[Place, ...] = ("floor", "hall")
 LONGEST_METHODS = ("random_walk", "morphology", "genetic", "quilt", "icp", "sift")
-"""By the processor time that they take; the others take less."""
+"""The slowest methods, by processor time."""
 
 
 def longest_first(tasks: Sequence[Task]) -> list[Task]:

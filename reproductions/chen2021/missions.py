@@ -1,4 +1,4 @@
-"""Robots in the thesis's two worlds, and their maps: each mission is simulated once and sensed for every case."""
+"""Missions in the two worlds of the thesis, and their maps: each mission is simulated once and sensed for every case."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ from worlds.families.thesis_floor import thesis_floor_plan
 from worlds.world import World
 
 Goals = tuple[tuple[float, float], ...]
-"""Places to visit in turn, x and y [m]."""
+"""Goals x, y [m] in the order of the visit."""
 
 LIDAR = "thesis"
 RATE = 2.5
-"""Sweeps a second [Hz]: at 0.6 m/s there is one every 0.24 m."""
+"""Scan rate [Hz]: at 0.6 m/s, one scan every 0.24 m."""
 
 CLEAR_RANGE = 4.9
-"""Beams without a return clear so far [m]: the range that the thesis's mapper uses."""
+"""Range cleared by beams without a return [m], as in the mapper of the thesis."""
 
 HALL_DURATION, FLOOR_DURATION = 120.0, 170.0
 START_JITTER = 0.3
-"""Starts in the hall are moved by up to this either way [m], since exploring draws nothing at random."""
+"""Greatest random shift of a start in the hall in x and y [m]; exploration itself is deterministic."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnMap:
-    """A robot's map, and where its frame, the robot's start, lies in the world."""
+    """A robot's map, and the pose of its frame, the robot's start, in the world."""
 
     grid: OccupancyGrid
     world_from_map: SE2
 
 
 def drawn_maps(place: Place, seed: int) -> dict[str, DrawnMap]:
-    """The maps of a place by name, drawn at the true poses; a function of the seed alone."""
+    """Build the maps of a place by name, at true poses; they depend on the seed alone."""
     return _hall_maps(seed) if place == "hall" else _floor_maps(seed)
 
 
 def _hall_maps(seed: int) -> dict[str, DrawnMap]:
-    """One robot a start, each alone in the hall."""
+    """Build one map per start, each by a single robot in the hall."""
     world = make_world("thesis_hall", seed)
     rng = stream(seed, Role.STARTS)
     missions = {}
@@ -67,7 +67,7 @@ def _hall_maps(seed: int) -> dict[str, DrawnMap]:
 
 
 def _floor_maps(seed: int) -> dict[str, DrawnMap]:
-    """One robot a wing, on a round of its own, with a heading drawn from the seed: the thesis tells none."""
+    """Build one map per wing; the seed draws the start headings, which the thesis does not give."""
     world = make_world("thesis_floor", seed)
     yaws = stream(seed, Role.STARTS).uniform(-np.pi, np.pi, len(FLOOR_MAPS))
     maps = {}
@@ -80,8 +80,8 @@ def _floor_maps(seed: int) -> dict[str, DrawnMap]:
 
 
 def _rounds(world: World, seed: int) -> tuple[Goals, Goals, Goals]:
-    """The rooms that each robot visits: a side wing from its end down to the first room of the lower one; and the lower
-    wing with the first room of either side. So robot 3 meets both others, and they meet each other hardly at all."""
+    """List the rooms that each robot visits: a side wing and the first room of the lower wing; and the lower wing with
+    the first room of either side. So the map of robot 3 overlaps both others, which hardly overlap each other."""
     plan = thesis_floor_plan(stream(seed, Role.WORLD), *world.size)
     corridor = plan.rooms[0]
     rooms = [room for room in plan.rooms if room.kind == "room"]

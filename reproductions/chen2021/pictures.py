@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 DPI = 110
 PANEL_INCHES = 3.3
 NEAR_CELLS = 5.0
-"""Matches count as agreeing with the truth within so many cells of the coarser map."""
+"""Largest error of a match that counts as correct [cells of the coarser map]."""
 
 
 def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
-    """Every map, and the corrected one below it."""
+    """Draw every map, with the corrected one below it."""
     from matplotlib.figure import Figure
 
     corrected = corrected_maps([drawn.grid for drawn in maps.values()])
@@ -53,12 +53,12 @@ def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
         axes[1, column].imshow(visible(structure, max(structure.shape)), cmap="gray", interpolation="antialiased")
         text = f"L = {found.correction.half}, {len(found.corners)} corners"
         _titled(axes[1, column], "corrected", text)
-    figure.suptitle(f"The {place}: maps of one seed, and what the correction makes of them", fontsize=11, color=INK)
+    figure.suptitle(f"The {place}: maps of one seed, and the corrected maps", fontsize=11, color=INK)
     return figure
 
 
 def case_figure(case: Case, maps: Mapping[str, DrawnMap], study: Study, seed: int) -> Figure:
-    """Matches before and after the correction, and the merged maps with their acceptance index."""
+    """Draw matches before and after the correction, and the merged maps with their acceptance index."""
     from matplotlib.figure import Figure
 
     grids = [maps[name].grid for name in case.maps]
@@ -146,7 +146,7 @@ def _near(
     here: NDArray[np.float64],
     truth: Similarity2,
 ) -> NDArray[np.bool_]:
-    """Test which matched cells of the prepared maps (M, 2) lie on one another under the truth."""
+    """Mark the matches (M,) whose cells (M, 2) of the prepared maps coincide under the truth."""
     target, source = (grid.cropped(PreparationSettings.border_cells).frame for grid in grids)
     metres = [
         Similarity2.from_se2(frame.origin, frame.resolution).apply(cells)
@@ -173,8 +173,8 @@ def _draw_merged(axes: Axes, grids: Sequence[OccupancyGrid], place: Similarity2 
 
 
 def _around(target: OccupancyGrid, source: OccupancyGrid, place: Similarity2 | None) -> GridFrame:
-    """What the target and the source placed on it know, and a little more; of a source that was put far away or blown
-    up no more than so much beyond the target."""
+    """Return a frame around the known cells of both maps with a margin, limited around the target if the source is far
+    away or much too large."""
     frame = target.cropped().frame
     low, high = np.zeros(2), np.array(frame.shape, dtype=float)
     beyond = 1.5 * max(frame.shape)
@@ -190,7 +190,7 @@ def _around(target: OccupancyGrid, source: OccupancyGrid, place: Similarity2 | N
 
 
 def visible(structure: NDArray[np.uint8], longest: int) -> NDArray[np.uint8]:
-    """Lines of one pixel, made wide enough to be seen where pictures that are so long are shown smaller."""
+    """Thicken lines of one pixel, so that they stay visible in a picture that is shown at reduced size."""
     width = 2 * (longest // 500) + 1
     return cv2.dilate(structure, np.ones((width, width), np.uint8)).astype(np.uint8)
 

@@ -23,7 +23,7 @@ MISSING = "-"
 def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
     """Write the whole report."""
     parts = [
-        "# Chen (2021), again",
+        "# Reproduction of Chen (2021)",
         f"Seeds per case: {study.spec.seeds}. An answer is right within 10 cells, 5 degrees and 5 % of scale. Shares "
         "have Wilson's 95 % interval; the acceptance index (AI) is a median on the original rasters. The values of the "
         "thesis are those of its own scripts on its author's maps.",

@@ -40,18 +40,18 @@ class Family:
 
 FAMILIES: dict[str, Family] = {
     "office": Family(office, 30.0, 20.0, "corridors with rooms that repeat, furnished"),
-    "house": Family(house, 15.0, 12.0, "a dwelling: unlike rooms, furnished each for its use"),
+    "house": Family(house, 15.0, 12.0, "rooms of different use and furniture"),
     "warehouse": Family(warehouse, 40.0, 25.0, "rows of racks, aisles, a dock with pallets"),
-    "maze": Family(maze, 20.0, 20.0, "narrow ways with dead ends and a few loops"),
-    "corridor_loop": Family(corridor_loop, 40.0, 25.0, "corridors in two loops, doors shut, niches"),
-    "hospital": Family(hospital, 60.0, 30.0, "two long wings of rooms that are alike"),
-    "cave": Family(cave, 40.0, 40.0, "chambers and boulders without a straight line"),
+    "maze": Family(maze, 20.0, 20.0, "narrow passages with dead ends and a few loops"),
+    "corridor_loop": Family(corridor_loop, 40.0, 25.0, "corridors in two loops, closed doors, niches"),
+    "hospital": Family(hospital, 60.0, 30.0, "two long wings of similar rooms"),
+    "cave": Family(cave, 40.0, 40.0, "chambers and boulders without straight lines"),
     "open_hall": Family(open_hall, 30.0, 30.0, "a wide hall with pillars, booths and tables"),
-    "outdoor": Family(outdoor, 60.0, 60.0, "trees, bushes, no walls; a fence that no lidar sees"),
-    "symmetric": Family(symmetric, 30.0, 16.0, "the same after half a turn: two right answers"),
-    "disjoint": Family(disjoint, 40.0, 25.0, "four places that no way joins: merging is wrong"),
-    "thesis_hall": Family(thesis_hall, *HALL_SIZE, "a walled hall of a doctoral study, one size, five starts"),
-    "thesis_floor": Family(thesis_floor, 49.0, 37.0, "its U-shaped office floor, three starts"),
+    "outdoor": Family(outdoor, 60.0, 60.0, "trees, bushes, no walls; a fence invisible to lidars"),
+    "symmetric": Family(symmetric, 30.0, 16.0, "rotational symmetry: two right transforms"),
+    "disjoint": Family(disjoint, 40.0, 25.0, "four separate parts: every merge is wrong"),
+    "thesis_hall": Family(thesis_hall, *HALL_SIZE, "hall of the thesis by Chen (2021), one size, five starts"),
+    "thesis_floor": Family(thesis_floor, 49.0, 37.0, "U-shaped office floor of the thesis, three starts"),
 }
 """Name -> family, in the order of the list."""
 
