@@ -1,0 +1,145 @@
+"""Loading the log of a robot, whatever program wrote it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from mapping.io.carmen_reader import load_carmen
+from mapping.io.robot_log_file import load_robot_log
+from mapping.io.tum import load_tum
+from mapping.robot.recorded_log import RecordedLog, covered_scans
+from mapquilt.convert.rosbags_extra import rosbags_extra
+from mapquilt.runs import folder as run_folder
+from mapquilt.runs.robot import load_run_robots
+
+BAG_ENDINGS = (".bag", ".mcap", ".db3")
+CARMEN_ENDINGS = (".log", ".clf", ".carmen", ".gz")
+LOG_ENDINGS = (*BAG_ENDINGS, *CARMEN_ENDINGS, ".npz")
+BAG_METADATA = "metadata.yaml"
+
+LoadingProgress = Callable[[int, int], None]
+"""Called with the number of messages read and their total."""
+
+
+@dataclass(frozen=True)
+class LogSource:
+    """Choose what to read of a log.
+
+    - ``scan_topic``, ``odom_topic``: topics of a bag; None: the only one;
+    - ``odometry``, ``reference``: TUM files whose poses replace those of the log; None: its own;
+    - ``start``, ``end`` [s]: the part of the log, counted from its first scan; None: to the last;
+    - ``max_rate`` [Hz]: scans beyond are left out. Mappers use no more than some scans per second: 10 Hz at 1 m/s is
+      one scan every 0.1 m.
+
+    Raises ``ValueError`` naming the field and the value.
+    """
+
+    scan_topic: str | None = None
+    odom_topic: str | None = None
+    odometry: Path | None = None
+    reference: Path | None = None
+    start: float = 0.0
+    end: float | None = None
+    max_rate: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not self.start >= 0.0:
+            raise ValueError(f"start is {self.start:g}, must be at least 0 s")
+        if self.end is not None and not self.end > self.start:
+            raise ValueError(f"end is {self.end:g}, must be after the start, {self.start:g} s")
+        if not self.max_rate > 0.0:
+            raise ValueError(f"max_rate is {self.max_rate:g}, must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class NamedLog:
+    """A log, the ``name`` of its robot, and the file or folder that it came from."""
+
+    name: str
+    recorded: RecordedLog
+    path: Path
+
+
+def is_log(path: Path) -> bool:
+    """Tell if a path names a log by its ending, or is the folder of a ROS 2 bag."""
+    return path.suffix.lower() in LOG_ENDINGS or (path / BAG_METADATA).is_file()
+
+
+def load_log(path: Path, source: LogSource, on_progress: LoadingProgress | None = None) -> tuple[NamedLog, ...]:
+    """Load a CARMEN log, a ROS bag, a robot's ``log.npz``, or every log of a run.
+
+    Raises ``ValueError`` or ``OSError`` naming the file and what is wrong, ``ImportError`` if a bag needs rosbags.
+    """
+    if path.is_dir() and run_folder.is_run(path):
+        logs = _run_logs(path)
+    else:
+        logs = (NamedLog(log_name(path), _load_file(path, source, on_progress), path),)
+    try:
+        return tuple(replace(log, recorded=_selected(log.recorded, source)) for log in logs)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def log_name(path: Path) -> str:
+    """Name a robot after its file: letters, digits and underscores, a letter first."""
+    stem = path.resolve().name
+    while Path(stem).suffix.lower() in LOG_ENDINGS:
+        stem = Path(stem).stem
+    name = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")
+    return name if name[:1].isalpha() and name.isascii() else f"log_{name}".rstrip("_")
+
+
+def unique_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Number the names that come more than once."""
+    return tuple(
+        name if names.count(name) == 1 else f"{name}_{names[:index].count(name)}" for index, name in enumerate(names)
+    )
+
+
+def _load_file(path: Path, source: LogSource, on_progress: LoadingProgress | None) -> RecordedLog:
+    is_bag = path.suffix.lower() in BAG_ENDINGS or (path / BAG_METADATA).is_file()
+    if not is_bag:
+        for name in ("scan_topic", "odom_topic"):
+            if getattr(source, name) is not None:
+                raise ValueError(
+                    f"--{name.replace('_', '-')} {getattr(source, name)}: {path} is no bag, so it has no topics"
+                )
+    if not path.exists():
+        raise FileNotFoundError(f"{path}: no such file or folder")
+    if is_bag:
+        with rosbags_extra():
+            from mapquilt.logs.bag_log import load_bag
+        return load_bag(path, source.scan_topic, source.odom_topic, source.max_rate, on_progress)
+    if path.is_dir():
+        raise ValueError(f"{path}: is neither a run nor a ROS 2 bag (it has no {BAG_METADATA})")
+    if path.suffix.lower() == ".npz":
+        return RecordedLog(load_robot_log(path))
+    if path.suffix.lower() in CARMEN_ENDINGS:
+        return load_carmen(path)
+    raise ValueError(f"{path}: must be a run, or end in {', '.join(LOG_ENDINGS)}")
+
+
+def _run_logs(run: Path) -> tuple[NamedLog, ...]:
+    return tuple(NamedLog(one.name, RecordedLog(one.log, one.world_from_base), run) for one in load_run_robots(run))
+
+
+def _selected(recorded: RecordedLog, source: LogSource) -> RecordedLog:
+    for field, path in (("odometry", source.odometry), ("reference", source.reference)):
+        if path is not None:
+            recorded = _with_poses(recorded, field, path)
+    return recorded.window(source.start, source.end).thinned(source.max_rate)
+
+
+def _with_poses(recorded: RecordedLog, field: str, path: Path) -> RecordedLog:
+    """Replace odometry or reference by the poses of a TUM file."""
+    poses = load_tum(path)
+    stamps = recorded.log.odometry.stamps
+    kept, warnings = covered_scans(stamps.tolist(), poses)
+    recorded = replace(recorded.select(kept), warnings=(*recorded.warnings, *(f"{path}: {text}" for text in warnings)))
+    placed = poses.interpolated(stamps[kept])
+    if field == "reference":
+        return replace(recorded, reference=placed)
+    return replace(recorded, log=replace(recorded.log, odometry=placed), has_odometry=True)
