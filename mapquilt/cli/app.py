@@ -16,6 +16,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "simulate": ("mapquilt.cli.verbs.simulate:simulate", "Drive robots through a world and map it."),
         "sense": ("mapquilt.cli.verbs.sense:sense", "Map a mission again with other noise, without the simulator."),
+        "map": ("mapquilt.cli.verbs.map:map_logs", "Draw the maps of real robots' logs."),
         "merge": ("mapquilt.cli.verbs.merge:merge", "Find the transforms between maps and merge them."),
         "score": ("mapquilt.cli.verbs.score:score", "Compare a run's merge with the ground truth."),
         "worlds": ("mapquilt.cli.verbs.worlds:worlds_app", "List, draw and write worlds."),

@@ -13,7 +13,7 @@ from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import save_tum
 from mapquilt.convert.convert_map import convert_map
-from mapquilt.convert.rosbags_extra import rosbags_extra
+from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs.folder import require_run
 from mapquilt.runs.robot import RunRobot, load_run_robots
 

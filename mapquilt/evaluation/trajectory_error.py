@@ -117,8 +117,8 @@ def _select(trajectory: Trajectory, rows: NDArray[np.int64]) -> Trajectory:
 def absolute_error(estimate: Trajectory, reference: Trajectory) -> AbsoluteError:
     """Measure an estimate against the reference, pose by pose, after the rigid motion that fits the positions best.
 
-    Both have as many poses, of the same times (``matched``). Source: Sturm et al. 2012, "A benchmark for the evaluation of
-    RGB-D SLAM systems", equation 2, in the plane; the fit is Umeyama 1991 without scale.
+    Both have as many poses, of the same times (``matched``). Source: Sturm et al. 2012, "A benchmark for the
+    evaluation of RGB-D SLAM systems", equation 2, in the plane; the fit is Umeyama 1991 without scale.
     """
     motion = fit_rigid(estimate.poses[:, :2], reference.poses[:, :2])
     moved = estimate.moved(motion).poses
@@ -137,7 +137,8 @@ def relative_error(estimate: Trajectory, reference: Trajectory, length: float, u
 
     A window leads from each pose to the first one that is at least ``length`` later: metres along the reference path,
     or seconds. Its error is ``(first_from_last of the reference)^-1 @ first_from_last of the estimate``. Source: Sturm
-    et al. 2012, equation 1, for seconds; Geiger et al. 2012, "Are we ready for autonomous driving?", section 3.1, for metres.
+    et al. 2012, equation 1, for seconds; Geiger et al. 2012, "Are we ready for autonomous driving?", section 3.1, for
+    metres.
     """
     steps = np.hypot(*np.diff(reference.poses[:, :2], axis=0).T)
     along = np.concatenate(([0.0], np.cumsum(steps))) if unit == "m" else reference.stamps
@@ -162,9 +163,8 @@ def relations_error(estimate: Trajectory, relations: Relations) -> MotionError:
     # stamps of 1e9 s have a resolution of 2e-7 s in double precision
     known = np.flatnonzero(difference <= RELATION_DIFFERENCE + 1e-6)
     if not known.size:
-        raise ValueError(
-            f"none of {len(difference)} relations has both stamps within {RELATION_DIFFERENCE:g} s of poses of the estimate"
-        )
+        near = f"within {RELATION_DIFFERENCE:g} s of poses of the estimate"
+        raise ValueError(f"none of {len(difference)} relations has both stamps {near}")
     first, last = rows[known].T
     return _motion_error(relations.first_from_second[known], _motions(estimate.poses[first], estimate.poses[last]))
 

@@ -11,7 +11,7 @@ from mapping.io.carmen_reader import load_carmen
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import load_tum
 from mapping.robot.recorded_log import RecordedLog, covered_scans
-from mapquilt.convert.rosbags_extra import rosbags_extra
+from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.robot import load_run_robots
 
@@ -101,12 +101,9 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
 
 def _load_file(path: Path, source: LogSource, on_progress: LoadingProgress | None) -> RecordedLog:
     is_bag = path.suffix.lower() in BAG_ENDINGS or (path / BAG_METADATA).is_file()
-    if not is_bag:
-        for name in ("scan_topic", "odom_topic"):
-            if getattr(source, name) is not None:
-                raise ValueError(
-                    f"--{name.replace('_', '-')} {getattr(source, name)}: {path} is no bag, so it has no topics"
-                )
+    for option, topic in (("--scan-topic", source.scan_topic), ("--odom-topic", source.odom_topic)):
+        if topic is not None and not is_bag:
+            raise ValueError(f"{option} {topic}: {path} is no bag, so it has no topics")
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file or folder")
     if is_bag:
@@ -123,7 +120,16 @@ def _load_file(path: Path, source: LogSource, on_progress: LoadingProgress | Non
 
 
 def _run_logs(run: Path) -> tuple[NamedLog, ...]:
+    if run_folder.is_recorded(run):
+        return tuple(_recorded_log(run, name) for name in run_folder.load_maps(run).names)
     return tuple(NamedLog(one.name, RecordedLog(one.log, one.world_from_base), run) for one in load_run_robots(run))
+
+
+def _recorded_log(run: Path, name: str) -> NamedLog:
+    """Load a part of a log that was mapped before."""
+    reference = run / run_folder.TRUTH_FOLDER / f"{name}.tum"
+    poses = load_tum(reference) if reference.is_file() else None
+    return NamedLog(name, RecordedLog(run_folder.load_log(run, name), poses), run)
 
 
 def _selected(recorded: RecordedLog, source: LogSource) -> RecordedLog:

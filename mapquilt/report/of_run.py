@@ -56,7 +56,7 @@ def run_settings(record: dict[str, Any]) -> dict[str, str]:
     return {
         "world": f"{record['world']}, seed {record['seed']}",
         "team": f"{record['robots']} robots, {record['duration_s']:g} s",
-        "noise level": f"{record['noise']:g}",
+        "noise level": "recorded logs" if record["noise"] is None else f"{record['noise']:g}",
         "poses": record["poses"],
         "cells": f"{record['resolution_m']:g} m",
         "true metres per stated metre": f"{low:g} to {high:g}",

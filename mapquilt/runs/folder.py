@@ -123,12 +123,19 @@ def require_run(folder: Path) -> Path:
     return folder
 
 
+def is_recorded(folder: Path) -> bool:
+    """Tell if the maps of a run were drawn from recorded logs, so that it has no mission."""
+    return read_record(require_run(folder) / RUN_FILE, "run")["mission"] is None
+
+
 def mission_folder(folder: Path) -> Path:
     """Return the folder of a run's clean mission, which the samples of a data set share.
 
     Raises ``ValueError`` naming the folder if it is missing.
     """
     record = read_record(require_run(folder) / RUN_FILE, "run")
+    if record["mission"] is None:
+        raise ValueError(f"{folder}: its maps were drawn from recorded logs; it has no mission")
     mission = folder / str(record["mission"])
     if not mission.is_dir():
         raise ValueError(f"{mission}: no such folder; the mission of {folder} is missing")

@@ -6,9 +6,7 @@ import math
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon as Outline
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
@@ -16,28 +14,27 @@ from mapquilt.evaluation.map_quality import align_to_world
 from mapquilt.merging.merge_file import GroupRecord
 from mapquilt.runs.truth_file import RunTruth
 from mapquilt.scoring.run_score import RunScore
+from mapquilt.scoring.true_scene import TrueScene
 from mapquilt.viz.merge_picture import count_of_merged, extent_of, show_all_walls, show_grid
-from mapquilt.viz.palette import FENCE, TRUE_WALL, map_colours, robot_colour
-from mapquilt.viz.panels import Extent, lay_out, write_title
-from sim.mission.mission import Mission
+from mapquilt.viz.palette import TRUE_WALL, map_colours, robot_colour
+from mapquilt.viz.panels import lay_out, write_title
 
 LEGEND_COLUMNS, LEGEND_ROW_INCHES = 5, 0.17
+TRUE_OBSTACLE = "#3a3f46"
 
 
 def overview_figure(
-    mission: Mission,
+    scene: TrueScene,
     maps: MapSet,
     truth: RunTruth,
     groups: Sequence[tuple[GroupRecord, OccupancyGrid]],
     score: RunScore,
 ) -> Figure:
     """Draw the world with the paths, the merged grid of each group, the merged walls over the truth, and each map."""
-    width, height = mission.world.size
-    world = Extent(0.0, width, 0.0, height)
-    legend = LEGEND_ROW_INCHES * math.ceil(len(mission.robots) / LEGEND_COLUMNS)
+    legend = LEGEND_ROW_INCHES * math.ceil(len(scene.paths) / LEGEND_COLUMNS)
     extents = [extent_of(merged) for _, merged in groups]
-    figure, panels = lay_out([world, *extents, world, *map(extent_of, maps.grids)], legend)
-    _show_world(panels[0], mission)
+    figure, panels = lay_out([scene.extent, *extents, scene.extent, *map(extent_of, maps.grids)], legend)
+    _show_world(panels[0], scene)
     for number, (panel, (group, merged)) in enumerate(zip(panels[1:], groups, strict=False)):
         show_grid(panel, merged)
         title = "merged map" if len(groups) == 1 else f"merged map {number + 1}"
@@ -45,7 +42,7 @@ def overview_figure(
         write_title(
             panel, title, f"{count_of_merged(group.reference_from_map, maps)}, frame of {group.reference}{details}"
         )
-    _show_over_truth(panels[1 + len(groups)], mission, maps, truth, [group for group, _ in groups])
+    _show_over_truth(panels[1 + len(groups)], scene, maps, truth, [group for group, _ in groups])
     colours = map_colours(maps.names)
     for panel, name, grid, colour in zip(panels[2 + len(groups) :], maps.names, maps.grids, colours, strict=True):
         show_grid(panel, grid)
@@ -59,23 +56,20 @@ def _quality(score: RunScore, group: GroupRecord) -> str:
     return "" if found is None else f"; free IoU {found.iou_free:.2f}, walls F1 {found.f1_walls:.2f}"
 
 
-def _show_world(panel: Axes, mission: Mission) -> None:
-    panel.add_collection(PolyCollection(mission.world.obstacles, facecolors="#3a3f46", edgecolors="none"))
-    if mission.world.fence is not None:
-        panel.add_patch(Outline(mission.world.fence, fill=False, edgecolor=FENCE, linestyle="--", linewidth=1.0))
-    for index, robot in enumerate(mission.robots):
-        path = robot.trajectory.poses
+def _show_world(panel: Axes, scene: TrueScene) -> None:
+    scene.draw_walls(panel, TRUE_OBSTACLE)
+    for index, (name, path) in enumerate(scene.paths.items()):
         colour = robot_colour(index)
-        panel.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.1, label=f"robot_{index}")
+        panel.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.1, label=name)
         panel.plot(*path[0, :2], "o", color=colour, markersize=5, markeredgecolor="white")
     panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, -0.04), frameon=False, ncols=LEGEND_COLUMNS)
-    write_title(panel, mission.world.name, "true paths, starts as dots [m]")
+    write_title(panel, scene.name, "true paths, starts as dots [m]")
 
 
 def _show_over_truth(
-    panel: Axes, mission: Mission, maps: MapSet, truth: RunTruth, groups: Sequence[GroupRecord]
+    panel: Axes, scene: TrueScene, maps: MapSet, truth: RunTruth, groups: Sequence[GroupRecord]
 ) -> None:
-    panel.add_collection(PolyCollection(mission.world.obstacles, facecolors=TRUE_WALL, edgecolors="none"))
+    scene.draw_walls(panel, TRUE_WALL)
     for group in groups:
         if group.reference_from_map:
             world_from_map = {name: truth.robot(name).truth.world_from_map for name in group.reference_from_map}

@@ -20,7 +20,6 @@ from mapquilt.runs.truth_file import RunTruth, load_truth
 from mapquilt.scoring.run_score import RunScore, evaluate_run_pair, score_merged_map
 from mapquilt.viz.png import figure_png
 from merge.records.result import PairResult
-from sim.mission.file import load_mission
 
 SCHEMA = "mapquilt-score/2"
 
@@ -28,6 +27,7 @@ SCHEMA = "mapquilt-score/2"
 def score_run(run: Path) -> RunScore:
     """Evaluate a run's merge against its truth, and write score.json and overview.png, both or neither."""
     from mapquilt.scoring.overview import overview_figure
+    from mapquilt.scoring.true_scene import load_scene
 
     maps, timings = run_folder.load_maps(run), run_folder.read_timings(run)
     merge_path = run / run_folder.MERGE_FILE
@@ -54,8 +54,7 @@ def score_run(run: Path) -> RunScore:
     pairs = tuple(evaluate_run_pair(maps, truth, pair, _info(pair), answer.method) for pair in answer.pairs)
     score = RunScore(pairs, merged)
     scored = time.perf_counter() - start
-    mission = load_mission(run_folder.mission_folder(run))
-    figure = overview_figure(mission, maps, truth, groups, score)
+    figure = overview_figure(load_scene(run, world), maps, truth, groups, score)
     score_path = run / run_folder.SCORE_FILE
     files = {score_path: score_bytes(score_path, score), run / run_folder.OVERVIEW_PICTURE: figure_png(figure)}
     seconds = {"score": scored, "draw": time.perf_counter() - start - scored}

@@ -81,7 +81,12 @@ def _show_image(
 def show_all_walls(panel: Axes, maps: MapSet, panel_from_map: Mapping[str, Similarity2]) -> None:
     for name, grid, colour in zip(maps.names, maps.grids, map_colours(maps.names), strict=True):
         if name in panel_from_map:
-            image = np.empty((*grid.frame.shape, 4), np.uint8)
-            image[..., :3] = np.rint(255.0 * np.array(to_rgb(colour)))
-            image[..., 3] = np.where(grid.occupied, round(255.0 * OPACITY), 0)
-            _show_image(panel, image, grid.frame, panel_from_map[name], zorder=2.0)
+            show_walls(panel, grid, colour, panel_from_map[name], zorder=2.0)
+
+
+def show_walls(panel: Axes, grid: OccupancyGrid, colour: str, panel_from_map: Similarity2, zorder: float) -> None:
+    """Draw the occupied cells of a map alone, in one colour."""
+    image = np.empty((*grid.frame.shape, 4), np.uint8)
+    image[..., :3] = np.rint(255.0 * np.array(to_rgb(colour)))
+    image[..., 3] = np.where(grid.occupied, round(255.0 * OPACITY), 0)
+    _show_image(panel, image, grid.frame, panel_from_map, zorder=zorder)

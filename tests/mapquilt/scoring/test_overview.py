@@ -18,6 +18,7 @@ from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import load_truth
 from mapquilt.scoring.overview import overview_figure
 from mapquilt.scoring.run_score import RunScore
+from mapquilt.scoring.true_scene import mission_scene
 from mapquilt.viz.merge_picture import merge_figure
 from mapquilt.viz.palette import map_colours, robot_colour
 from mapquilt.viz.panels import Extent, lay_out
@@ -151,10 +152,10 @@ def test_the_true_transforms_lay_the_merged_walls_on_the_true_ones(merged_run):
     mission, reference = load_mission(merged_run / "mission"), maps.names[1]
     placed = {name: world_from[reference].inverse() @ world_from[name] for name in maps.names}
     joined = GroupRecord(reference, placed, "merged"), maps.grids[1]
-    figure = overview_figure(mission, maps, truth, [joined], RunScore(()))
+    figure = overview_figure(mission_scene(mission), maps, truth, [joined], RunScore(()))
     pixels, metres = looked_at(figure, 2)
     bare_group = GroupRecord(reference, {}, "merged"), maps.grids[1]
-    bare, _ = looked_at(overview_figure(mission, maps, truth, [bare_group], RunScore(())), 2)
+    bare, _ = looked_at(overview_figure(mission_scene(mission), maps, truth, [bare_group], RunScore(())), 2)
     from_wall = ndimage.distance_transform_edt((bare > 230).all(axis=-1))
     metre = 1.0 / np.diff(metres[0, :2, 0])[0]
     off = from_wall[coloured(pixels)] / metre

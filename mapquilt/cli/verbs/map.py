@@ -1,0 +1,141 @@
+"""``mapquilt map``: draw the maps of real logs."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from mapping.settings import MappingSettings
+from mapping.slam.front_end import TRUE_POSES
+from mapquilt.cli.exit_status import ALL_MERGED
+from mapquilt.cli.options.files import path
+from mapquilt.cli.options.sensing import ClearRange, Model, Resolution
+from mapquilt.cli.tables import print_table, warn
+from mapquilt.jobs.progress import count_progress
+from mapquilt.leaves import split_assignment, with_assignments
+from mapquilt.logs.load_log import LogSource, NamedLog, load_log
+from mapquilt.logs.log_map import LOG_POSES, REFERENCE, LogMap, cut_logs, draw_log
+from mapquilt.logs.map_folder import refuse_map_folder, write_log_map, write_log_run
+from mapquilt.logs.reference_truth import reference_steps
+from mapquilt.settings import COMBINED, ExperimentConfig
+from mapquilt.viz.text_table import plain_table
+
+SET_HERE = "mapping"
+
+
+def map_logs(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG...", help="CARMEN logs (.log, .clf, .gz), ROS bags (.bag, .mcap, .db3), log.npz, or runs."
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option("--out", parser=path, help="Folder to write; older maps there are replaced. Several maps: a run."),
+    ],
+    poses: Annotated[str, typer.Option(help=f"Poses to map with: {', '.join(LOG_POSES)}.")] = LOG_POSES[0],
+    resolution: Resolution = 0.05,
+    model: Model = "octomap",
+    clear_range: ClearRange = 0.0,
+    start: Annotated[float, typer.Option(help="Begin so long after the first scan [s].")] = 0.0,
+    end: Annotated[
+        float | None, typer.Option(help="End so long after the first scan [s]; default: at the last scan.")
+    ] = None,
+    parts: Annotated[int, typer.Option(help="Cut each log into so many maps, as of several robots.")] = 1,
+    max_rate: Annotated[float, typer.Option(help="Use at most so many scans per second [Hz].")] = 10.0,
+    scan_topic: Annotated[str | None, typer.Option(help="Topic of the scans, if a bag has several.")] = None,
+    odom_topic: Annotated[
+        str | None, typer.Option(help="Topic of the odometry; default: from tf, or the only one.")
+    ] = None,
+    odometry: Annotated[
+        Path | None, typer.Option(metavar="TUM", help="Trajectory file to use in place of the log's odometry.")
+    ] = None,
+    reference: Annotated[
+        Path | None, typer.Option(metavar="TUM", help="Trajectory file to use in place of the log's reference poses.")
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Any setting of mapping by its dotted name: mapping.resolution=0.1. Repeatable.",
+        ),
+    ] = None,
+) -> int:
+    """Draw the map of a real robot's log, and write it with the trajectory, the pose graph and a picture.
+
+    Example: mapquilt map floor.bag --out maps/floor
+    """
+    settings = _settings(poses, resolution, model, clear_range, changes or ())
+    source = LogSource(scan_topic, odom_topic, odometry, reference, start, end, max_rate)
+    if len(logs) > 1 and not (odometry is None and reference is None):
+        raise ValueError(f"--odometry and --reference: must go with one log, not with {len(logs)}")
+    refuse_map_folder(out, several=len(logs) > 1 or parts > 1)
+    named = cut_logs(_load(logs, source), parts)
+    drawn = _draw(named, settings)
+    if len(drawn) == 1:
+        write_log_map(out, drawn[0])
+    else:
+        with count_progress("comparing with the reference") as on_progress:
+            done = itertools.count(1)
+            write_log_run(out, drawn, parts, lambda: on_progress(next(done), reference_steps(len(drawn))))
+    print_table(_table(out, drawn))
+    return ALL_MERGED
+
+
+def _settings(poses: str, resolution: float, model: str, clear_range: float, changes: Sequence[str]) -> MappingSettings:
+    if poses not in LOG_POSES:
+        raise ValueError(f"--poses {poses}: must be one of {', '.join(LOG_POSES)}")
+    for text in changes:
+        name, _ = split_assignment(ExperimentConfig(), "--set", text, COMBINED)
+        if name.partition(".")[0] != SET_HERE:
+            raise ValueError(f"--set {text}: must name a setting of {SET_HERE}")
+    mapping = MappingSettings(TRUE_POSES if poses == REFERENCE else poses, resolution, model, clear_range)
+    return with_assignments(ExperimentConfig(mapping=mapping), "--set", changes, COMBINED).mapping
+
+
+def _load(paths: Sequence[Path], source: LogSource) -> tuple[NamedLog, ...]:
+    logs: list[NamedLog] = []
+    for each in paths:
+        with count_progress(f"reading {each.name}") as on_progress:
+            found = load_log(each, source, on_progress)
+        for log in found:
+            warn(tuple(f"{each}: {text}" for text in log.recorded.warnings))
+        logs += found
+    return tuple(logs)
+
+
+def _draw(logs: Sequence[NamedLog], settings: MappingSettings) -> list[LogMap]:
+    total = sum(len(log.recorded.log.scans) for log in logs)
+    before, drawn = 0, []
+    with count_progress("mapping scans") as on_progress:
+        for log in logs:
+            drawn.append(draw_log(log, settings, lambda done, before=before: on_progress(before + done, total)))  # type: ignore[misc]
+            before += len(log.recorded.log.scans)
+    return drawn
+
+
+def _table(out: Path, maps: Sequence[LogMap]) -> Table:
+    """Tabulate each map's scans, path, pose graph and error."""
+    numbers = ("scans", "s", "m driven", "keyframes", "loops", "RMSE m", "max m")
+    table = plain_table(("map", False), *((name, True) for name in numbers))
+    for one in maps:
+        stamps, error = one.recorded.log.odometry.stamps, one.error
+        table.add_row(
+            one.name,
+            str(len(stamps)),
+            f"{stamps[-1] - stamps[0]:.0f}",
+            f"{one.result.trajectory.distance():.1f}",
+            str(one.result.keyframes.size or "-"),
+            str(len(one.result.loops)) if one.result.edges else "-",
+            "-" if error is None else f"{float((error.position**2).mean() ** 0.5):.3f}",
+            "-" if error is None else f"{float(error.position.max()):.3f}",
+        )
+    table.caption = f"{out}: poses: {maps[0].poses}"
+    return table

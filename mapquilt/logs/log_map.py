@@ -1,0 +1,103 @@
+"""Mapping a log: from its scans and odometry to poses and a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mapping.grid.log_odds import map_log
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.sensor_model import sensor_model
+from mapping.robot.recorded_log import RecordedLog
+from mapping.robot.trajectory import Trajectory
+from mapping.settings import MappingSettings
+from mapping.slam.front_end import FRONT_ENDS, TRUE_POSES
+from mapping.slam.result import SlamResult
+from mapquilt.evaluation.trajectory_error import AbsoluteError, absolute_error
+from mapquilt.logs.load_log import NamedLog, unique_names
+from mapquilt.runs.true_footprints import part_bounds
+from mapquilt.settings import check_parts
+
+REFERENCE = "reference"
+"""The name of a log's reference poses on the command line; ``TRUE_POSES`` in the settings of mapping."""
+
+LOG_POSES = (*FRONT_ENDS, REFERENCE)
+"""Values of ``--poses`` for a log."""
+
+
+@dataclass(frozen=True, eq=False)
+class LogMap:
+    """The map of one log: ``result`` are the poses that its ``grid`` was drawn at, both in the frame of the start."""
+
+    name: str
+    path: Path
+    recorded: RecordedLog
+    settings: MappingSettings
+    result: SlamResult
+    grid: OccupancyGrid
+
+    @property
+    def poses(self) -> str:
+        """The name of the poses, as ``--poses`` gives it."""
+        return REFERENCE if self.settings.poses == TRUE_POSES else self.settings.poses
+
+    @property
+    def error(self) -> AbsoluteError | None:
+        """The error against the reference; None without one, or if the map was drawn at it."""
+        reference = self.recorded.reference
+        if reference is None or len(reference) < 2 or self.settings.poses == TRUE_POSES:
+            return None
+        return absolute_error(self.result.trajectory, reference)
+
+
+def cut_logs(logs: tuple[NamedLog, ...], parts: int) -> tuple[NamedLog, ...]:
+    """Cut each log into parts of as many scans, called ``part_0`` and so on, after the log if there are several.
+
+    Raises ``ValueError`` naming the log that has fewer scans than parts.
+    """
+    check_parts(parts)
+    names = unique_names([log.name for log in logs])
+    cut = []
+    for name, log in zip(names, logs, strict=True):
+        scans = len(log.recorded.log.scans)
+        if scans < parts:
+            raise ValueError(f"{log.path}: has {scans} scans, fewer than {parts} parts")
+        for part in range(parts):
+            start, stop = part_bounds(scans, part, parts)
+            called = [*([name] if len(logs) > 1 or parts == 1 else []), *([f"part_{part}"] if parts > 1 else [])]
+            cut.append(NamedLog("_".join(called), log.recorded.select(np.arange(start, stop)), log.path))
+    return tuple(cut)
+
+
+def draw_log(log: NamedLog, settings: MappingSettings, on_scan: Callable[[int], None] = lambda _: None) -> LogMap:
+    """Estimate the poses of a log and draw its map.
+
+    ``on_scan`` gets the number of scans done. Raises ``ValueError`` naming the log if it lacks the poses that the
+    settings ask for, or no beam measured anything.
+    """
+    recorded = replace(log.recorded, log=replace(log.recorded.log, robot=log.name))
+    try:
+        result = _estimate(recorded, settings, on_scan)
+        model = sensor_model(settings.sensor_model)
+        grid = map_log(recorded.log, result.trajectory, settings.resolution, model, settings.clear_range)
+    except ValueError as error:
+        raise ValueError(f"{log.path}: {error}") from None
+    on_scan(len(recorded.log.scans))
+    return LogMap(log.name, log.path, recorded, settings, result, grid)
+
+
+def _estimate(recorded: RecordedLog, settings: MappingSettings, on_scan: Callable[[int], None]) -> SlamResult:
+    if settings.poses == TRUE_POSES:
+        if recorded.reference is None:
+            raise ValueError(f"has no reference poses; choose other --poses: {', '.join(FRONT_ENDS)}")
+        return _without_graph(recorded.reference.from_start())
+    if settings.poses == "odometry" and not recorded.has_odometry:
+        raise ValueError("has no odometry; give one by --odometry, or choose other --poses")
+    return _without_graph(FRONT_ENDS[settings.poses](recorded.log))
+
+
+def _without_graph(trajectory: Trajectory) -> SlamResult:
+    return SlamResult(trajectory, np.empty(0, np.int64), ())

@@ -1,0 +1,72 @@
+"""Picture of the map of a log, with the path, the keyframes and the loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapquilt.viz.merge_picture import extent_of, show_grid
+from mapquilt.viz.palette import FENCE, INK, robot_colour
+from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, write_title
+
+LONGER_SIDE = 8.0
+"""Longer side of the map on the sheet [inches]."""
+NARROWEST = 4.6
+"""Least width of the map on the sheet [inches], for title and legend."""
+LEGEND = 0.35
+"""Height of the legend below the map [inches]."""
+REFERENCE = "#8b949e"
+
+
+def log_map_figure(
+    name: str,
+    details: str,
+    grid: OccupancyGrid,
+    path: NDArray[np.float64],
+    keyframes: NDArray[np.int64],
+    loops: Sequence[tuple[int, int]],
+    reference: NDArray[np.float64] | None = None,
+) -> Figure:
+    """Draw a map [m] and in its frame the path (N, 2), the scans that are ``keyframes``, a line for each loop between
+    two scans, and a ``reference`` path (N, 2)."""
+    extent = _extent(grid, path).with_margin()
+    width, height = extent.right - extent.left, extent.high - extent.low
+    scale = LONGER_SIDE / max(width, height)
+    shown = extent.widened_to(max(width * scale, NARROWEST) / (height * scale))
+    size = (shown.right - shown.left) * scale, (shown.high - shown.low) * scale
+    figure = Figure(figsize=(LEFT + size[0] + RIGHT, ABOVE + size[1] + BELOW + LEGEND), dpi=110)
+    across, up = figure.get_size_inches()
+    panel = figure.add_axes((LEFT / across, (BELOW + LEGEND) / up, size[0] / across, size[1] / up))
+    panel.set(xlim=(shown.left, shown.right), ylim=(shown.low, shown.high))
+    panel.set_autoscale_on(False)
+    show_grid(panel, grid)
+    if reference is not None:
+        panel.plot(*reference.T, color=REFERENCE, linewidth=1.6, linestyle=(0, (2, 1)), label="reference")
+    colour = robot_colour(0)
+    panel.plot(*path.T, color=colour, linewidth=1.0, label="path")
+    if keyframes.size:
+        panel.plot(*path[keyframes].T, ".", color=colour, markersize=2.5, label=f"{keyframes.size} keyframes")
+    if loops:
+        lines = [path[list(pair)] for pair in loops]
+        panel.add_collection(LineCollection(lines, colors=FENCE, linewidths=0.8, label=f"{len(loops)} loops"))
+    panel.plot(*path[0], "o", color=colour, markersize=6, markeredgecolor="white", label="start")
+    panel.plot(*path[-1], "s", color=colour, markersize=5, markeredgecolor="white", label="end")
+    panel.tick_params(labelsize=7, colors=INK, length=2)
+    for spine in panel.spines.values():
+        spine.set_color("#d0d4d9")
+    panel.legend(
+        fontsize=8, loc="upper left", bbox_to_anchor=(0.0, -BELOW / size[1]), frameon=False, ncols=6, borderaxespad=0.0
+    )
+    write_title(panel, name, details)
+    return figure
+
+
+def _extent(grid: OccupancyGrid, path: NDArray[np.float64]) -> Extent:
+    known = extent_of(grid)
+    (left, low), (right, high) = path.min(axis=0), path.max(axis=0)
+    return Extent(min(known.left, left), max(known.right, right), min(known.low, low), max(known.high, high))
