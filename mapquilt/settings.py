@@ -17,10 +17,11 @@ from mapping.seeds import check_seed
 from mapping.settings import MappingSettings
 from mapquilt.leaves import Combined
 from merge.settings import MergeSettings
-from sim.mission.settings import MissionSettings, PolicyName
+from sim.mission.settings import CutSettings, MissionSettings, PolicyName
 from sim.mission.starts import Starts
 from sim.physics.drive import Drive
 from sim.physics.robot import RobotSettings
+from sim.policies.settings import BehaviourSettings
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.odometry import OdometryNoise
@@ -69,7 +70,8 @@ class WorldSettings:
 class TeamSettings:
     """Choose a team of equal robots and their mission: ``duration`` [s], the ``lidar`` preset, its ``rate`` [Hz] and
     number of ``beams`` (None: the preset's), where robots start, what they drive on, how they choose goals, and the
-    range of true ``overlap`` that any two footprints are cut to.
+    range of true ``overlap`` that any two footprints are cut to. ``behaviour`` tunes policies and navigation,
+    ``cut`` the search for that overlap.
 
     Raises ``ValueError`` naming the field and the value.
     """
@@ -83,6 +85,8 @@ class TeamSettings:
     drive: Drive = "velocity"
     policy: PolicyName = "explore"
     overlap: tuple[float, float] | None = None
+    behaviour: BehaviourSettings = field(default_factory=BehaviourSettings)
+    cut: CutSettings = field(default_factory=CutSettings)
 
     def __post_init__(self) -> None:
         self.mission()
@@ -94,7 +98,14 @@ class TeamSettings:
         """Return the mission to simulate, with all beams of the lidar."""
         robot = RobotSettings(lidar=lidar_at_rate(self.lidar, self.rate))
         return MissionSettings(
-            (robot,) * self.robots, self.duration, self.starts, self.drive, self.policy, overlap=self.overlap
+            robots=(robot,) * self.robots,
+            duration=self.duration,
+            starts=self.starts,
+            drive=self.drive,
+            policy=self.policy,
+            overlap=self.overlap,
+            behaviour=self.behaviour,
+            cut=self.cut,
         )
 
 
@@ -120,7 +131,7 @@ class ExperimentConfig:
 
     def simulated_part(self) -> ExperimentConfig:
         """Keep what the simulation depends on; equal parts share a mission, of which shorter ones are cut."""
-        team = replace(self.mission, robots=3, duration=120.0, beams=None, overlap=None)
+        team = replace(self.mission, robots=3, duration=120.0, beams=None, overlap=None, cut=CutSettings())
         return ExperimentConfig(world=self.world, mission=team)
 
     def observed_part(self) -> ExperimentConfig:

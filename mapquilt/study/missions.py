@@ -15,7 +15,6 @@ from mapquilt.runs.open_world import open_world
 from mapquilt.settings import ExperimentConfig
 from sim.mission.mission import Mission, simulate
 from sim.mission.overlap import cut_to_overlap
-from sim.mission.settings import MissionSettings
 from sim.sensors.lidar import Lidar
 from worlds.raster import true_raster
 
@@ -48,7 +47,8 @@ def cut_mission(mission: Mission, setup: ExperimentConfig) -> Mission:
     if setup.mission.overlap is None:
         return kept
     frame = true_raster(mission.world, TRUE_RESOLUTION).frame
-    return kept.cut(cut_to_overlap(kept.robots, frame, setup.mission.overlap, setup.mapping.clear_range).scans)
+    overlap, clear_range = setup.mission.overlap, setup.mapping.clear_range
+    return kept.cut(cut_to_overlap(kept.robots, frame, overlap, clear_range, setup.mission.cut).scans)
 
 
 def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: ExperimentConfig) -> Mission:
@@ -59,9 +59,7 @@ def _with_robots(mission: Mission, truths: Sequence[RobotTruth], setup: Experime
             _thinned(truth, robot.lidar, setup.mission.beams) for truth, robot in zip(truths, robots, strict=True)
         ]
         robots = tuple(replace(robot, lidar=_lidar(robot.lidar, setup.mission.beams)) for robot in robots)
-    smaller = MissionSettings(
-        robots, setup.mission.duration, settings.starts, settings.drive, settings.policy, overlap=setup.mission.overlap
-    )
+    smaller = replace(settings, robots=robots, duration=setup.mission.duration, overlap=setup.mission.overlap)
     return Mission(mission.world, tuple(truths), mission.seed, smaller, mission.contacts[: len(truths)])
 
 

@@ -12,7 +12,8 @@ from sim.navigation.navigator import Navigator
 from sim.navigation.policy import Policy
 from sim.physics.stopwatch import Stopwatch
 from sim.policies.explore import FrontierExploration
-from sim.policies.patrol import Patrol, check_goals, draw_goals, floor_plan
+from sim.policies.patrol import Patrol, check_goals, draw_goals
+from worlds.raster import true_raster
 from worlds.world import World
 
 
@@ -25,7 +26,7 @@ def make_navigators(
     else:
         policies = _explorations(settings, starts)
     return [
-        Navigator(robot, rank, policy, stopwatch, world.fence)
+        Navigator(robot, rank, policy, stopwatch, world.fence, settings.behaviour.navigation)
         for rank, (robot, policy) in enumerate(zip(settings.robots, policies, strict=True))
     ]
 
@@ -34,14 +35,20 @@ def _explorations(settings: MissionSettings, starts: Sequence[SE2]) -> list[Poli
     """Build one exploration per robot. Robots that start close together each get a direction to explore first."""
     count = len(settings.robots)
     sides = [starts[0].yaw + math.tau * rank / count if settings.starts == "close" else None for rank in range(count)]
-    return [FrontierExploration(robot.lidar, side) for robot, side in zip(settings.robots, sides, strict=True)]
+    exploration = settings.behaviour.exploration
+    return [
+        FrontierExploration(robot.lidar, side, exploration) for robot, side in zip(settings.robots, sides, strict=True)
+    ]
 
 
 def make_patrols(world: World, settings: MissionSettings, starts: Sequence[SE2], seed: int) -> list[Patrol]:
     """Build one patrol per robot. Raises ``ValueError`` with a goal out of reach."""
-    plan = floor_plan(world)
-    check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots))
-    return [
-        Patrol(plan, settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius), rank)
-        for rank, (robot, start) in enumerate(zip(settings.robots, starts, strict=True))
-    ]
+    behaviour = settings.behaviour
+    patrol = behaviour.patrol
+    plan = true_raster(world, patrol.plan_cell)
+    check_goals(world, settings.goals, starts, max(robot.radius for robot in settings.robots), patrol.plan_cell)
+    patrols = []
+    for rank, (robot, start) in enumerate(zip(settings.robots, starts, strict=True)):
+        drawn = settings.goals or draw_goals(stream(seed, Role.POLICY, rank), world, start, robot.radius, patrol)
+        patrols.append(Patrol(plan, drawn, rank, behaviour))
+    return patrols

@@ -18,9 +18,10 @@ from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 from sim.mission.mission import Mission
-from sim.mission.settings import MissionSettings
+from sim.mission.settings import CutSettings, MissionSettings
 from sim.physics.drive import DriveLimits
 from sim.physics.robot import RobotSettings
+from sim.policies.settings import BehaviourSettings
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset
 from worlds.world import World
@@ -31,6 +32,8 @@ SCHEMA_VERSION = 2
 _FIELDS = {"schema", "version", "seed", "touches", "settings"}
 _OLD_POLICIES = {"tour": "patrol"}
 """Names of policies in older files."""
+TUNING = {"behaviour": BehaviourSettings(), "cut": CutSettings()}
+"""Settings that ``mission.json`` holds only if they differ from these."""
 
 
 def save_mission(mission: Mission, folder: Path) -> None:
@@ -44,7 +47,7 @@ def save_mission(mission: Mission, folder: Path) -> None:
         "version": SCHEMA_VERSION,
         "seed": mission.seed,
         "touches": list(mission.contacts),
-        "settings": asdict(mission.settings),
+        "settings": _settings_record(mission.settings),
     }
     _write_json(folder / "world.json", world_to_json(mission.world))
     _write_json(folder / "mission.json", record)
@@ -94,10 +97,27 @@ def _count(name: str, value: Any) -> int:
     return value
 
 
+def _settings_record(settings: MissionSettings) -> dict[str, Any]:
+    """Return the settings without tuning that has its default: most missions have no other."""
+    record = asdict(settings)
+    for name, default in TUNING.items():
+        if getattr(settings, name) == default:
+            del record[name]
+    return record
+
+
+def _tuning(default: Any, record: Any) -> Any:
+    """Read nested settings, of the class and fields of ``default``."""
+    if isinstance(record, dict):
+        return type(default)(**{name: _tuning(getattr(default, name, None), value) for name, value in record.items()})
+    return tuple(record) if isinstance(record, list) else record
+
+
 def _settings(record: dict[str, Any]) -> MissionSettings:
     robots = [_robot(each) for each in record["robots"]]
     policy = _OLD_POLICIES.get(record["policy"], record["policy"])
-    return MissionSettings(**{**record, "robots": robots, "policy": policy})
+    tuning = {name: _tuning(default, record[name]) for name, default in TUNING.items() if name in record}
+    return MissionSettings(**{**record, **tuning, "robots": robots, "policy": policy})
 
 
 def _robot(record: dict[str, Any]) -> RobotSettings:

@@ -80,7 +80,7 @@ def simulate(
     with stopwatch.measure("total"):
         mission = _best_overlap(
             (_drive(world, attempt, seed, replay, stopwatch, on_progress) for attempt in start_attempts(settings)),
-            settings.overlap,
+            settings,
             clear_range,
             stopwatch,
         )
@@ -88,17 +88,17 @@ def simulate(
 
 
 def _best_overlap(
-    missions: Iterator[Mission], target: tuple[float, float] | None, clear_range: float, stopwatch: Stopwatch
+    missions: Iterator[Mission], settings: MissionSettings, clear_range: float, stopwatch: Stopwatch
 ) -> Mission:
     """Cut missions until one reaches the overlap, and return it, or the closest one. Without a target, return the
     first."""
     best: tuple[float, Mission] | None = None
     for mission in missions:
-        if target is None:
+        if settings.overlap is None:
             return mission
         with stopwatch.measure("cutting"):
             frame = true_raster(mission.world, TRUE_RESOLUTION).frame
-            cut = cut_to_overlap(mission.robots, frame, target, clear_range)
+            cut = cut_to_overlap(mission.robots, frame, settings.overlap, clear_range, settings.cut)
         if best is None or cut.error < best[0]:
             best = cut.error, mission.cut(cut.scans)
         if cut.error == 0.0:

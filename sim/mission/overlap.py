@@ -12,16 +12,8 @@ from numpy.typing import NDArray
 from mapping.grid.frame import GridFrame
 from mapping.robot.robot_log import RobotTruth
 from sim.mission.first_seen import NEVER, first_seen
-from sim.mission.settings import MissionSettings
+from sim.mission.settings import CutSettings, MissionSettings
 from sim.mission.starts import Starts
-
-LEVELS = 60
-"""Number of end times tried for each robot, spaced evenly."""
-SHORTEST = 0.05
-"""Smallest fraction of a robot's mission that is kept."""
-MARGIN = 0.002
-"""Distance from the limits of the target range that is aimed at, if the range is wide enough."""
-ROUNDS = 20
 
 
 @dataclass(frozen=True)
@@ -34,7 +26,11 @@ class Cut:
 
 
 def cut_to_overlap(
-    truths: Sequence[RobotTruth], frame: GridFrame, target: tuple[float, float], clear_range: float = 0.0
+    truths: Sequence[RobotTruth],
+    frame: GridFrame,
+    target: tuple[float, float],
+    clear_range: float = 0.0,
+    settings: CutSettings = CutSettings(),
 ) -> Cut:
     """Find the longest missions, each from its start, whose footprints overlap pair by pair within ``target``.
 
@@ -42,15 +38,16 @@ def cut_to_overlap(
     is the true raster; ``clear_range`` [m] is how far a beam without a return sees. The overlaps of all pairs are
     tabulated over the robots' end times; coordinate descent from many initial values then finds the ends.
     """
-    scans = [_levels(len(truth.scans)) for truth in truths]
+    scans = [_level_scans(len(truth.scans), settings) for truth in truths]
     levels = [
         _seen_at(first_seen(truth, frame, clear_range), counts) for truth, counts in zip(truths, scans, strict=True)
     ]
     errors = {
-        (a, b): _overlap_error(_overlaps(levels[a], levels[b]), target) for a, b in combinations(range(len(truths)), 2)
+        (a, b): _overlap_error(_overlaps(levels[a], levels[b], settings.levels), target, settings.overlap_margin)
+        for a, b in combinations(range(len(truths)), 2)
     }
     tables = {**errors, **{(b, a): table.T for (a, b), table in errors.items()}}
-    found = [_descend(tables, len(truths), level) for level in range(LEVELS)]
+    found = [_descend(tables, len(truths), level, settings) for level in range(settings.levels)]
     error, _, ends = min(found, key=lambda each: (each[0], each[1]))
     return Cut(tuple(int(counts[end]) for counts, end in zip(scans, ends, strict=True)), error)
 
@@ -68,45 +65,46 @@ def start_attempts(settings: MissionSettings) -> tuple[MissionSettings, ...]:
     return (settings, *(replace(settings, starts=how) for how in order if how != settings.starts))
 
 
-def _levels(scans: int) -> NDArray[np.int64]:
-    return np.maximum(1, np.rint(scans * np.linspace(SHORTEST, 1.0, LEVELS))).astype(np.int64)
+def _level_scans(scans: int, settings: CutSettings) -> NDArray[np.int64]:
+    shares = np.linspace(settings.shortest, 1.0, settings.levels)
+    return np.maximum(1, np.rint(scans * shares)).astype(np.int64)
 
 
 def _seen_at(first: NDArray[np.int32], counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the lowest level at which each cell has been seen, ``LEVELS`` for unseen cells: (cells,)."""
+    """Return the lowest level at which each cell has been seen, their number for unseen cells: (cells,)."""
     level = np.searchsorted(counts, first.ravel())
-    level[first.ravel() == NEVER] = LEVELS
+    level[first.ravel() == NEVER] = len(counts)
     return level
 
 
-def _overlaps(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Compute the overlap of two robots for each pair of end levels (LEVELS, LEVELS): common cells over the smaller
+def _overlaps(a: NDArray[np.int64], b: NDArray[np.int64], levels: int) -> NDArray[np.float64]:
+    """Compute the overlap of two robots for each pair of end levels (levels, levels): common cells over the smaller
     footprint."""
-    joint = np.bincount(a * (LEVELS + 1) + b, minlength=(LEVELS + 1) ** 2).reshape(LEVELS + 1, LEVELS + 1)
-    common = joint[:LEVELS, :LEVELS].cumsum(axis=0).cumsum(axis=1)
-    area_a, area_b = joint.sum(axis=1)[:LEVELS].cumsum(), joint.sum(axis=0)[:LEVELS].cumsum()
+    joint = np.bincount(a * (levels + 1) + b, minlength=(levels + 1) ** 2).reshape(levels + 1, levels + 1)
+    common = joint[:levels, :levels].cumsum(axis=0).cumsum(axis=1)
+    area_a, area_b = joint.sum(axis=1)[:levels].cumsum(), joint.sum(axis=0)[:levels].cumsum()
     shares: NDArray[np.float64] = common / np.maximum(1, np.minimum(area_a[:, None], area_b[None]))
     return shares
 
 
-def _overlap_error(overlaps: NDArray[np.float64], target: tuple[float, float]) -> NDArray[np.float64]:
-    margin = min(MARGIN, (target[1] - target[0]) / 4.0)
+def _overlap_error(overlaps: NDArray[np.float64], target: tuple[float, float], margin: float) -> NDArray[np.float64]:
+    margin = min(margin, (target[1] - target[0]) / 4.0)
     low = target[0] + margin if target[0] > 0.0 else 0.0
     high = target[1] - margin if target[1] < 1.0 else 1.0
     return np.maximum(0.0, np.maximum(low - overlaps, overlaps - high))
 
 
 def _descend(
-    tables: dict[tuple[int, int], NDArray[np.float64]], robots: int, level: int
+    tables: dict[tuple[int, int], NDArray[np.float64]], robots: int, level: int, settings: CutSettings
 ) -> tuple[float, int, tuple[int, ...]]:
     """Return the error, the number of levels cut, and the end levels, by coordinate descent from one common level."""
     ends = [level] * robots
-    for _ in range(ROUNDS):
+    for _ in range(settings.rounds):
         before = list(ends)
         for robot in range(robots):
             error = sum(tables[robot, other][:, ends[other]] for other in range(robots) if other != robot)
-            ends[robot] = LEVELS - 1 - int(np.argmin(np.round(np.asarray(error)[::-1], 9)))
+            ends[robot] = settings.levels - 1 - int(np.argmin(np.round(np.asarray(error)[::-1], 9)))
         if ends == before:
             break
     total = sum(float(tables[a, b][ends[a], ends[b]]) for a, b in combinations(range(robots), 2))
-    return round(total, 9), robots * LEVELS - sum(ends), tuple(ends)
+    return round(total, 9), robots * settings.levels - sum(ends), tuple(ends)

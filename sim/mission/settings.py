@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from sim.mission.starts import STARTS, Starts
+from sim.navigation.settings import require_positive
 from sim.physics.drive import DRIVES, Drive
 from sim.physics.robot import MAX_ROBOTS, RobotSettings
+from sim.policies.settings import BehaviourSettings
 
 PolicyName = Literal["explore", "patrol", "replay"]
 """explore: drive to where most is unknown; patrol: drive between goals; replay: follow given trajectories."""
@@ -21,6 +23,25 @@ LONGEST = 86_400.0
 """Longest mission [s]: one day."""
 
 
+@dataclass(frozen=True)
+class CutSettings:
+    """Set up the search for the ends of missions that reach an overlap.
+
+    - ``levels``: number of end times tried for each robot, spaced evenly;
+    - ``shortest``: smallest fraction of a robot's mission that is kept;
+    - ``overlap_margin``: distance from the limits of the target range that is aimed at, if the range is wide enough;
+    - ``rounds``: of the coordinate descent, at most.
+    """
+
+    levels: int = 60
+    shortest: float = 0.05
+    overlap_margin: float = 0.002
+    rounds: int = 20
+
+    def __post_init__(self) -> None:
+        require_positive(self)
+
+
 @dataclass(frozen=True, init=False)
 class MissionSettings:
     """Set up a team that drives for ``duration`` seconds.
@@ -28,7 +49,8 @@ class MissionSettings:
     ``robots`` is a number of equal robots, or one settings record per robot. ``starts`` places the robots without a
     start of their own. ``drive`` is how they move. ``policy`` chooses their paths. ``goals``, x, y [m], are for the
     policy ``patrol``: robots visit them in turn, each beginning with another one; without any, each robot draws its
-    own. ``overlap`` is the least and greatest overlap of the true footprints of any two robots.
+    own. ``overlap`` is the least and greatest overlap of the true footprints of any two robots; ``cut`` is how
+    missions are shortened to reach it. ``behaviour`` tunes policies and navigation.
 
     Raises ``ValueError`` with the field and its value.
     """
@@ -40,6 +62,8 @@ class MissionSettings:
     policy: PolicyName
     goals: tuple[tuple[float, float], ...]
     overlap: tuple[float, float] | None
+    behaviour: BehaviourSettings
+    cut: CutSettings
 
     def __init__(
         self,
@@ -50,6 +74,8 @@ class MissionSettings:
         policy: PolicyName = "explore",
         goals: Sequence[tuple[float, float]] = (),
         overlap: tuple[float, float] | None = None,
+        behaviour: BehaviourSettings = BehaviourSettings(),
+        cut: CutSettings = CutSettings(),
     ) -> None:
         count = robots if isinstance(robots, int) else len(robots)
         if not 1 <= count <= MAX_ROBOTS:
@@ -62,9 +88,14 @@ class MissionSettings:
         object.__setattr__(self, "policy", policy)
         object.__setattr__(self, "goals", tuple((float(x), float(y)) for x, y in goals))
         object.__setattr__(self, "overlap", None if overlap is None else (float(overlap[0]), float(overlap[1])))
+        object.__setattr__(self, "behaviour", behaviour)
+        object.__setattr__(self, "cut", cut)
         self._check()
 
     def _check(self) -> None:
+        for name, kind in (("behaviour", BehaviourSettings), ("cut", CutSettings)):
+            if not isinstance(getattr(self, name), kind):
+                raise TypeError(f"MissionSettings: {name} is {getattr(self, name)!r}, must be {kind.__name__}")
         if not 0.0 < self.duration <= LONGEST:
             raise ValueError(
                 f"MissionSettings: duration is {self.duration}, must be positive and at most {LONGEST:g} s"

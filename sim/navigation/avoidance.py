@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.navigation.steering import COMFORT, HORIZON, MARGIN, best_motion, line_clearances, roll_out
+from sim.navigation.settings import SteeringSettings
+from sim.navigation.steering import best_motion, line_clearances, roll_out
 from sim.physics.drive import DriveLimits
-
-MAX_SEEN = 120
-"""Most points that are checked; more of them add no information."""
 
 
 class Avoidance:
@@ -20,13 +18,13 @@ class Avoidance:
     dynamic window approach to collision avoidance", IEEE RAM 1997). ``radius`` [m] is the robot's.
     """
 
-    def __init__(self, limits: DriveLimits, radius: float) -> None:
-        self._radius = radius
+    def __init__(self, limits: DriveLimits, radius: float, settings: SteeringSettings = SteeringSettings()) -> None:
+        self._radius, self._settings = radius, settings
         self._acceleration = (limits.acceleration, limits.turn_acceleration)
         speeds = limits.speed * np.array((-0.25, 0.0, 0.3, 0.65, 1.0))
         turns = limits.turn_rate * np.linspace(-1.0, 1.0, 11)
         self._fan = np.stack(np.meshgrid(speeds, turns, indexing="ij"), axis=-1).reshape(-1, 2)
-        self._reach = limits.speed * HORIZON + radius + COMFORT
+        self._reach = limits.speed * settings.horizon + radius + settings.comfort
 
     def steer(
         self,
@@ -41,10 +39,27 @@ class Avoidance:
         ``velocity`` is the robot's present (forward speed, turn rate); ``drifts`` (N, 2) [m/s] are the velocities of
         the points. If every motion comes too near, the one that keeps or gains the most clearance is chosen.
         """
-        drifts = np.zeros_like(seen) if drifts is None else drifts
-        chosen = self._near(seen, HORIZON * np.hypot(drifts[:, 0], drifts[:, 1]))
-        rooms, ends = roll_out(self._fan, velocity, self._acceleration, self._radius, seen[chosen], drifts[chosen])
-        speed, turn_rate = self._fan[best_motion(self._fan, rooms, ends, np.ascontiguousarray(target))]
+        drifts, settings = np.zeros_like(seen) if drifts is None else drifts, self._settings
+        chosen = self._near(seen, settings.horizon * np.hypot(drifts[:, 0], drifts[:, 1]))
+        rooms, ends = roll_out(
+            fan=self._fan,
+            velocity=velocity,
+            acceleration=self._acceleration,
+            radius=self._radius,
+            near=seen[chosen],
+            drifts=drifts[chosen],
+            horizon=settings.horizon,
+            steps=settings.steps,
+        )
+        best = best_motion(
+            fan=self._fan,
+            rooms=rooms,
+            ends=ends,
+            target=np.ascontiguousarray(target),
+            margin=settings.hull_margin,
+            comfort=settings.comfort,
+        )
+        speed, turn_rate = self._fan[best]
         return float(speed), float(turn_rate)
 
     def choose_target(self, path: NDArray[np.float64], seen: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -53,14 +68,14 @@ class Avoidance:
         Returns the path's first point if there is none.
         """
         gaps = line_clearances(np.ascontiguousarray(path), seen[self._near(seen, 0.0)])
-        straight = np.flatnonzero(gaps >= min(self._radius + MARGIN, gaps[0]))
+        straight = np.flatnonzero(gaps >= min(self._radius + self._settings.hull_margin, gaps[0]))
         point: NDArray[np.float64] = path[int(straight[-1])]
         return point
 
     def _near(self, seen: NDArray[np.float64], coming: NDArray[np.float64] | float) -> NDArray[np.int64]:
-        """Return the indices of the points that a motion can come near to, at most about ``MAX_SEEN``.
+        """Return the indices of the points that a motion can come near to, at most about ``max_seen``.
 
         ``coming`` [m] is how far each point may approach within the horizon.
         """
         near = np.flatnonzero(seen[:, 0] ** 2 + seen[:, 1] ** 2 < (self._reach + coming) ** 2)
-        return near[:: 1 + len(near) // MAX_SEEN]
+        return near[:: 1 + len(near) // self._settings.max_seen]

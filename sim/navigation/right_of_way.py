@@ -6,22 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.navigation.routes import Routes
+from sim.navigation.settings import RightOfWaySettings
 
-NEAR_ROBOT = 1.0
-"""Robots farther than this [m] are ignored."""
-PATH_WIDTH = 0.55
-"""A robot blocks the path if it is nearer than this to it [m]."""
-SIMILAR_ROOM = 0.1
-"""Clearances that differ by less than this [m] count as equal, because the two robots' maps differ."""
-MAX_RETREAT = 5.0
-"""Longest path that a robot drives to let another pass [m]."""
-PASSING_DISTANCE = 0.9
-"""Distance from the other robot's line of travel [m] at which it can pass."""
-WAIT_PER_RANK, WAIT_PER_FOUR_RANKS = 2.0, 0.1
-"""Extra waiting time [s] per rank modulo four, and per four ranks, so that not all robots give way at once."""
+DEFAULTS = RightOfWaySettings()
 
 
-def waiting_time(room: float, other_room: float, rank: int) -> float:
+def waiting_time(room: float, other_room: float, rank: int, settings: RightOfWaySettings = DEFAULTS) -> float:
     """Return how long [s] a robot waits for another before it gives way.
 
     ``room`` and ``other_room`` [m] are the distances of the two robots to their nearest walls. The robot in the
@@ -29,10 +19,11 @@ def waiting_time(room: float, other_room: float, rank: int) -> float:
     from its own map, so even the one with the right of way gives way in the end. ``rank`` is the robot's number in the
     team and breaks ties.
     """
-    base = 0.6
-    if room <= other_room + SIMILAR_ROOM:
-        base = 2.0 if room >= other_room - SIMILAR_ROOM else 6.0
-    return base + WAIT_PER_RANK * (rank % 4) + WAIT_PER_FOUR_RANKS * (rank // 4)
+    base = settings.wait_with_more_room
+    if room <= other_room + settings.similar_room:
+        equal = room >= other_room - settings.similar_room
+        base = settings.wait_with_equal_room if equal else settings.wait_with_less_room
+    return base + settings.wait_per_rank * (rank % 4) + settings.wait_per_four_ranks * (rank // 4)
 
 
 def wall_distance(walls: NDArray[np.float64], place: NDArray[np.float64]) -> float:
@@ -40,19 +31,29 @@ def wall_distance(walls: NDArray[np.float64], place: NDArray[np.float64]) -> flo
     return float(np.sqrt(((walls - place) ** 2).sum(axis=1).min(initial=np.inf)))
 
 
-def blocks_path(path: NDArray[np.float64], movers: NDArray[np.float64], here: NDArray[np.float64]) -> bool:
+def blocks_path(
+    path: NDArray[np.float64],
+    movers: NDArray[np.float64],
+    here: NDArray[np.float64],
+    settings: RightOfWaySettings = DEFAULTS,
+) -> bool:
     """Return whether a moving point (N, 2) is near the robot and on its path (M, 2), all in the map [m]."""
-    near = movers[np.hypot(*(movers - here).T) < NEAR_ROBOT] if len(movers) else movers
+    near = movers[np.hypot(*(movers - here).T) < settings.near] if len(movers) else movers
     if len(near) == 0:
         return False
-    stretch = path[np.hypot(*(path - here).T) < NEAR_ROBOT + PATH_WIDTH] if len(path) else path
+    stretch = path[np.hypot(*(path - here).T) < settings.near + settings.path_width] if len(path) else path
     if len(stretch) == 0:
         return False
     gaps = np.hypot(*(near[:, None] - stretch).transpose(2, 0, 1))
-    return bool((gaps < PATH_WIDTH).any())
+    return bool((gaps < settings.path_width).any())
 
 
-def nearest_robot(movers: NDArray[np.float64], here: NDArray[np.float64], radius: float) -> NDArray[np.float64] | None:
+def nearest_robot(
+    movers: NDArray[np.float64],
+    here: NDArray[np.float64],
+    radius: float,
+    settings: RightOfWaySettings = DEFAULTS,
+) -> NDArray[np.float64] | None:
     """Estimate the centre (2,) of the nearest robot of that radius [m] from the moving points (N, 2), None if none is
     near.
 
@@ -63,16 +64,21 @@ def nearest_robot(movers: NDArray[np.float64], here: NDArray[np.float64], radius
     gaps = np.hypot(*(movers - here).T)
     closest, gap = movers[int(np.argmin(gaps))], float(gaps.min())
     middle: NDArray[np.float64] = closest + (closest - here) * (radius / max(gap, 1e-6))
-    return middle if gap < NEAR_ROBOT else None
+    return middle if gap < settings.near else None
 
 
-def retreat_cell(routes: Routes, here: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.int64] | None:
+def retreat_cell(
+    routes: Routes,
+    here: NDArray[np.float64],
+    other: NDArray[np.float64],
+    settings: RightOfWaySettings = DEFAULTS,
+) -> NDArray[np.int64] | None:
     """Return the reachable cell (2,) where a robot at ``here`` best lets the one at ``other`` pass, (2,) each [m].
 
     The other robot will continue along the line between them, so the best cell is off that line. Short paths are
     preferred. Returns None if the robot cannot move at all.
     """
-    cells = np.argwhere(routes.costs < MAX_RETREAT)
+    cells = np.argwhere(routes.costs < settings.max_retreat)
     if len(cells) == 0:
         return None
     places = routes.frame.metres_from_cells(cells)
@@ -81,8 +87,8 @@ def retreat_cell(routes: Routes, here: NDArray[np.float64], other: NDArray[np.fl
     along = off @ towards
     offset = np.abs(off[:, 0] * towards[1] - off[:, 1] * towards[0])
     distance = np.hypot(*off.T)
-    tight = np.maximum(0.0, PASSING_DISTANCE - np.where(along > 0.0, offset, distance))
-    too_near = np.maximum(0.0, PASSING_DISTANCE + 0.3 - distance)
+    tight = np.maximum(0.0, settings.passing_distance - np.where(along > 0.0, offset, distance))
+    too_near = np.maximum(0.0, settings.passing_distance + 0.3 - distance)
     badness = routes.costs[tuple(cells.T)] + 6.0 * tight + 6.0 * too_near - 0.3 * np.minimum(distance, 4.0)
     best: NDArray[np.int64] = cells[int(np.argmin(badness))]
     return best

@@ -10,12 +10,7 @@ from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-
-COMFORT = 0.5
-"""Cells nearer than this to a wall [m] cost more, so that paths keep to the middle of doors and corridors."""
-NEAR_WALL_COST = 4.0
-ESCAPE = 0.35
-"""Free cells this near to the robot [m] are passable even next to a wall, so that it can leave tight spots."""
+from sim.navigation.settings import RouteSettings
 
 
 class Routes:
@@ -25,15 +20,21 @@ class Routes:
     to each cell [m], increased near walls, and +inf for unreachable cells.
     """
 
-    def __init__(self, grid: OccupancyGrid, start: NDArray[np.float64], radius: float) -> None:
+    def __init__(
+        self,
+        grid: OccupancyGrid,
+        start: NDArray[np.float64],
+        radius: float,
+        settings: RouteSettings = RouteSettings(),
+    ) -> None:
         self.frame = grid.frame
         resolution = grid.frame.resolution
         if grid.occupied.any():
             to_wall = ndimage.distance_transform_edt(~grid.occupied) * resolution
         else:
             to_wall = np.full(grid.frame.shape, math.inf)
-        price = 1.0 + NEAR_WALL_COST * np.maximum(0.0, 1.0 - to_wall / COMFORT)
-        open_cells = grid.free & ((to_wall > radius + resolution) | (grid.free & _disc(grid, start, ESCAPE)))
+        price = 1.0 + settings.wall_cost * np.maximum(0.0, 1.0 - to_wall / settings.wall_distance)
+        open_cells = grid.free & ((to_wall > radius + resolution) | (grid.free & _disc(grid, start, settings.escape)))
         start_cell = np.clip(grid.frame.cells_from_metres(start), 0, np.array(grid.frame.shape) - 1)
         open_cells[tuple(start_cell)] = True
         self._search = MCP_Geometric(np.where(open_cells, price, -1.0))

@@ -8,14 +8,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-HORIZON = 1.2
-"""Time over which a motion is simulated [s]."""
-STEPS = 12
-MARGIN = 0.06
-"""Least clearance between the hull and anything seen [m]."""
-COMFORT = 0.2
-"""Clearance [m] below which a motion gets a penalty."""
-
 
 @njit(cache=True)
 def roll_out(
@@ -25,21 +17,24 @@ def roll_out(
     radius: float,
     near: NDArray[np.float64],
     drifts: NDArray[np.float64],
+    horizon: float,
+    steps: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Simulate each motion of ``fan`` (M, 2), forward speed [m/s] and turn rate [rad/s], from the present ``velocity``.
+    """Simulate each motion of ``fan`` (M, 2), forward speed [m/s] and turn rate [rad/s], from the present ``velocity``,
+    over ``horizon`` [s] in ``steps``.
 
     Points ``near`` (N, 2) in base [m] move at ``drifts`` (N, 2) [m/s]. Speeds change at most by ``acceleration``.
     Returns clearances (M, 3) [m] (the least, the last, and the least if all points stood still), and end poses (M, 3)
     in base.
     """
     rooms, ends = np.empty((fan.shape[0], 3)), np.empty((fan.shape[0], 3))
-    dt = HORIZON / STEPS
+    dt = horizon / steps
     most_speed, most_turn = acceleration[0] * dt, acceleration[1] * dt
     for m in range(fan.shape[0]):
         speed, turn = velocity
         x, y, yaw = 0.0, 0.0, 0.0
         least, room, still = math.inf, math.inf, math.inf
-        for step in range(1, STEPS + 1):
+        for step in range(1, steps + 1):
             speed += max(-most_speed, min(most_speed, fan[m, 0] - speed))
             turn += max(-most_turn, min(most_turn, fan[m, 1] - turn))
             x += speed * dt * math.cos(yaw + turn * dt / 2.0)
@@ -64,22 +59,24 @@ def best_motion(
     rooms: NDArray[np.float64],
     ends: NDArray[np.float64],
     target: NDArray[np.float64],
+    margin: float,
+    comfort: float,
 ) -> int:
     """Return the index of the motion that ends best for a ``target`` (2,) in base [m].
 
-    Of the motions that keep the margin, the best ends near the target, faces it and keeps clearance. If none keeps the
-    margin, the one that keeps or gains the most clearance is chosen, if possible among those that keep the margin to
-    the present positions of all points.
+    Of the motions that keep the ``margin`` [m], the best ends near the target, faces it and keeps the clearance
+    ``comfort`` [m]. If none keeps the margin, the one that keeps or gains the most clearance is chosen, if possible
+    among those that keep the margin to the present positions of all points.
     """
     best, least_cost = -1, math.inf
     for m in range(fan.shape[0]):
-        if rooms[m, 0] < MARGIN:
+        if rooms[m, 0] < margin:
             continue
         dx, dy = target[0] - ends[m, 0], target[1] - ends[m, 1]
         distance = math.hypot(dx, dy)
         bearing = math.atan2(dy, dx) - ends[m, 2]
         off = abs(math.atan2(math.sin(bearing), math.cos(bearing))) * min(1.0, distance / 0.3)
-        tight = max(0.0, COMFORT - rooms[m, 0]) / COMFORT
+        tight = max(0.0, comfort - rooms[m, 0]) / comfort
         cost = distance + 0.25 * off + 0.15 * tight
         if fan[m, 0] < 0.0:
             cost += 0.2
@@ -90,9 +87,9 @@ def best_motion(
     if best >= 0:
         return best
     most = -math.inf
-    clear = (rooms[:, 2] >= MARGIN).any()
+    clear = (rooms[:, 2] >= margin).any()
     for m in range(fan.shape[0]):
-        if (rooms[m, 2] >= MARGIN or not clear) and rooms[m, 0] + rooms[m, 1] > most:
+        if (rooms[m, 2] >= margin or not clear) and rooms[m, 0] + rooms[m, 1] > most:
             best, most = m, rooms[m, 0] + rooms[m, 1]
     return max(best, 0)
 

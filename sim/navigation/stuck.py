@@ -8,14 +8,14 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-STUCK_TIME, STUCK_DISTANCE, STUCK_TURN = 3.0, 0.15, 0.5
-"""A robot is stuck if it moved less than this distance [m] and turned less than this angle [rad] in this time [s]."""
+from sim.navigation.settings import StuckSettings
 
 
 class StuckDetector:
     """Compare the robot's recent poses."""
 
-    def __init__(self) -> None:
+    def __init__(self, settings: StuckSettings = StuckSettings()) -> None:
+        self._settings = settings
         self._past: deque[tuple[float, NDArray[np.float64], float]] = deque()
 
     def reset(self) -> None:
@@ -26,12 +26,13 @@ class StuckDetector:
         """Add the pose at ``now`` [s]: position ``here`` (2,) and ``yaw`` [rad]. Returns whether the robot is stuck; if
         so, resets."""
         self._past.append((now, here, yaw))
-        if now - self._past[0][0] < STUCK_TIME:
+        if now - self._past[0][0] < self._settings.time:
             return False
-        while now - self._past[0][0] > STUCK_TIME:
+        while now - self._past[0][0] > self._settings.time:
             self._past.popleft()
         stuck = all(
-            math.dist(here, place) < STUCK_DISTANCE and abs(math.remainder(yaw - turned, math.tau)) < STUCK_TURN
+            math.dist(here, place) < self._settings.distance
+            and abs(math.remainder(yaw - turned, math.tau)) < self._settings.turn
             for _, place, turned in self._past
         )
         if stuck:

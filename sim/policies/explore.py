@@ -14,25 +14,8 @@ from mapping.robot.scan import LidarScan
 from sim.navigation.policy import NO_PATH
 from sim.navigation.routes import Routes
 from sim.policies.frontiers import Viewpoints, viewpoints
+from sim.policies.settings import ExplorationSettings
 from sim.sensors.lidar import Lidar
-
-CELL = 0.1
-"""Cell size of the robot's map [m]."""
-MAP_PERIOD = 0.2
-"""Least time between two scans that are mapped [s]; steering uses every scan."""
-VISITED_RADIUS = 0.4
-"""Viewpoints nearer than this to the robot's past path [m] are ignored: what looks unknown there are gaps in mapped
-walls."""
-PERSISTENCE = 1.5
-"""Factor on the utility of the present goal, so that the robot does not switch back and forth."""
-SAME_GOAL = 0.7
-"""Viewpoints nearer than this to one another [m] count as one."""
-HEADING_WEIGHT = 0.6
-"""Weight of the direction that the robot explores first."""
-MIN_GAIN = 0.4
-"""Least unknown area [m^2] that is worth a trip."""
-PATIENCE = 15.0
-"""Time without a viewpoint [s] after which the robot has finished."""
 
 
 class FrontierExploration:
@@ -42,9 +25,13 @@ class FrontierExploration:
     communication. ``finished`` is True when no reachable viewpoint is left.
     """
 
-    def __init__(self, lidar: Lidar, heading: float | None = None) -> None:
-        self._lidar, self._heading = lidar, heading
-        self._mapper = LogOddsMapper(CELL, clear_range=lidar.range_max)  # a clean beam without echo saw free floor
+    def __init__(
+        self, lidar: Lidar, heading: float | None = None, settings: ExplorationSettings = ExplorationSettings()
+    ) -> None:
+        self._lidar, self._heading, self._settings = lidar, heading, settings
+        self._mapper = LogOddsMapper(
+            settings.map_cell, clear_range=lidar.range_max
+        )  # a clean beam without echo saw free
         self._mapped_at = -math.inf
         self._worth_at = 0.0
         self._visited: list[NDArray[np.float64]] = []
@@ -54,9 +41,9 @@ class FrontierExploration:
     def observe(self, scan: LidarScan, world_from_base: SE2) -> None:
         """Map the scan if the last mapped one is old enough."""
         here = np.array((world_from_base.x, world_from_base.y))
-        if not self._visited or math.dist(here, self._visited[-1]) > VISITED_RADIUS / 4.0:
+        if not self._visited or math.dist(here, self._visited[-1]) > self._settings.visited_radius / 4.0:
             self._visited.append(here)
-        if scan.stamp - self._mapped_at > MAP_PERIOD - 1e-6:
+        if scan.stamp - self._mapped_at > self._settings.map_period - 1e-6:
             self._mapped_at = scan.stamp
             self._mapper.integrate(scan, world_from_base @ self._lidar.base_from_lidar)
 
@@ -68,13 +55,14 @@ class FrontierExploration:
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Return the path to the viewpoint of greatest utility, (0, 2) if there is none."""
-        views = viewpoints(grid, routes)
+        settings = self._settings
+        views = viewpoints(grid, routes, settings.frontiers)
         places = grid.frame.metres_from_cells(views.cells)
-        worth = (views.gain >= MIN_GAIN) & _are_away(places, self._visited, VISITED_RADIUS)
-        allowed = worth & _are_away(places, banned, SAME_GOAL)
+        worth = (views.gain >= settings.min_area) & _are_away(places, self._visited, settings.visited_radius)
+        allowed = worth & _are_away(places, banned, settings.same_goal)
         if worth.any():
             self._worth_at = now
-        self.finished = now - self._worth_at > PATIENCE
+        self.finished = now - self._worth_at > settings.patience
         if not allowed.any():
             self._goal = None
             return NO_PATH
@@ -83,12 +71,16 @@ class FrontierExploration:
         return routes.path_to(views.cells[best])
 
     def _utility(self, views: Viewpoints, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        utility = views.gain / (1.0 + views.cost)
+        utility, settings = views.gain / (1.0 + views.cost), self._settings
         if self._goal is not None:
-            utility = np.where(_are_away(places, [self._goal], SAME_GOAL), utility, PERSISTENCE * utility)
+            utility = np.where(
+                _are_away(places, [self._goal], settings.same_goal), utility, settings.persistence * utility
+            )
         if self._heading is not None:
             off = places - self._visited[0]
-            utility = utility * (1.0 + HEADING_WEIGHT * np.cos(np.arctan2(off[:, 1], off[:, 0]) - self._heading))
+            utility = utility * (
+                1.0 + settings.heading_weight * np.cos(np.arctan2(off[:, 1], off[:, 0]) - self._heading)
+            )
         return utility
 
 

@@ -12,21 +12,11 @@ from scipy import ndimage
 from mapping.geometry.se2 import SE2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
-from sim.navigation.navigator import ARRIVED
 from sim.navigation.policy import NO_PATH
 from sim.navigation.routes import Routes
+from sim.policies.settings import BehaviourSettings, PatrolSettings
 from worlds.floor import find_floor
-from worlds.raster import true_raster
 from worlds.world import World
-
-CELL = 0.1
-"""Cell size of the floor plan that a robot on patrol knows [m]."""
-
-GOALS = 8
-"""Number of goals that a robot draws if none are given."""
-
-REACHED = ARRIVED + CELL
-"""Distance [m] at which a goal counts as reached: its path ends at the centre of its cell."""
 
 Goal = tuple[float, float]
 """x, y in the world [m]."""
@@ -39,8 +29,15 @@ class Patrol:
     objects with its lidar.
     """
 
-    def __init__(self, plan: OccupancyGrid, goals: Sequence[Goal], first: int = 0) -> None:
+    def __init__(
+        self,
+        plan: OccupancyGrid,
+        goals: Sequence[Goal],
+        first: int = 0,
+        settings: BehaviourSettings = BehaviourSettings(),
+    ) -> None:
         self._plan = plan
+        self._reached = settings.navigation.arrived + settings.patrol.plan_cell  # a path ends at the centre of a cell
         self.goals = tuple(goals)
         self._places = [np.array(goal) for goal in goals]
         self._next = first % len(goals)
@@ -65,24 +62,22 @@ class Patrol:
             number = (self._next + step) % len(self._places)
             goal = self._places[number]
             cell = grid.frame.cells_from_metres(goal[None])[0]
-            tried = any(math.dist(goal, place) < REACHED for place in banned)
+            tried = any(math.dist(goal, place) < self._reached for place in banned)
             if not tried and not self._is_at(goal) and np.isfinite(routes.costs[tuple(cell)]):
                 self._next = number
                 return routes.path_to(cell)
         return NO_PATH
 
     def _is_at(self, goal: NDArray[np.float64]) -> bool:
-        return math.dist(self._here, goal) < REACHED
+        return math.dist(self._here, goal) < self._reached
 
 
-def floor_plan(world: World) -> OccupancyGrid:
-    """Rasterize the walls for a robot on patrol."""
-    return true_raster(world, CELL)
+def check_goals(world: World, goals: Sequence[Goal], starts: Sequence[SE2], radius: float, cell_size: float) -> None:
+    """Raise ``ValueError`` with a goal that robots of ``radius`` [m] cannot reach from their starts, and why.
 
-
-def check_goals(world: World, goals: Sequence[Goal], starts: Sequence[SE2], radius: float) -> None:
-    """Raise ``ValueError`` with a goal that robots of ``radius`` [m] cannot reach from their starts, and why."""
-    floor = find_floor(world, radius + CELL, CELL)
+    ``cell_size`` [m] is that of the floor plan.
+    """
+    floor = find_floor(world, radius + cell_size, cell_size)
     reached = {int(floor.part[cell]) for cell in _cells(floor.part, floor.frame.cells_from_metres(_places(starts)))}
     for index, (x, y) in enumerate(goals):
         goal_text = f"goal {index} at ({x:g}, {y:g})"
@@ -99,12 +94,14 @@ def check_goals(world: World, goals: Sequence[Goal], starts: Sequence[SE2], radi
             raise ValueError(f"{goal_text} is in a part of world {world.name!r} that no robot starts in")
 
 
-def draw_goals(rng: np.random.Generator, world: World, start: SE2, radius: float) -> tuple[Goal, ...]:
+def draw_goals(
+    rng: np.random.Generator, world: World, start: SE2, radius: float, settings: PatrolSettings = PatrolSettings()
+) -> tuple[Goal, ...]:
     """Draw goals uniformly from the floor that a robot of ``radius`` [m] can reach from its start.
 
     Raises ``ValueError`` if there is no such floor.
     """
-    floor = find_floor(world, radius + 2.0 * CELL, CELL)
+    floor = find_floor(world, radius + 2.0 * settings.plan_cell, settings.plan_cell)
     (cell,) = _cells(floor.part, floor.frame.cells_from_metres(_places([start])))
     if floor.part[cell] == 0:
         nearest = ndimage.distance_transform_edt(floor.part == 0, return_distances=False, return_indices=True)
@@ -112,7 +109,7 @@ def draw_goals(rng: np.random.Generator, world: World, start: SE2, radius: float
     members = np.argwhere(floor.part == floor.part[cell])
     if floor.part[cell] == 0 or len(members) == 0:
         raise ValueError(f"world {world.name!r} has no free floor for a patrol of a robot of {radius:g} m radius")
-    drawn = members[rng.integers(len(members), size=GOALS)]
+    drawn = members[rng.integers(len(members), size=settings.goal_count)]
     return tuple((float(x), float(y)) for x, y in floor.frame.metres_from_cells(drawn))
 
 

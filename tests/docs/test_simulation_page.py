@@ -14,11 +14,10 @@ from mapquilt.cli.options.robots_file import FIELDS
 from sim.mission.running import PHYSICS_STEP
 from sim.mission.settings import POLICIES, MissionSettings
 from sim.mission.starts import STARTS
-from sim.navigation import navigator, right_of_way, routes, steering, stuck
+from sim.navigation.right_of_way import waiting_time
 from sim.physics import bodies, bullet
 from sim.physics.drive import DRIVES, DriveLimits
 from sim.physics.robot import RobotSettings
-from sim.policies import explore, patrol
 from tests.conftest import command
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -31,6 +30,9 @@ ROWS = [
     [cell.strip().strip("`") for cell in line.strip("|").split("|")]
     for line in re.findall(r"^\|.*$", PAGE, re.MULTILINE)
 ]
+BEHAVIOUR = MissionSettings().behaviour
+NAVIGATION = BEHAVIOUR.navigation
+WAY = NAVIGATION.right_of_way
 ELSEWHERE = {"--help", "--width", "--height", "--plan-resolution"}
 """Options of `simulate` that docs/worlds.md documents."""
 
@@ -84,7 +86,7 @@ def test_its_waiting_times_are_those_of_the_rule() -> None:
         "less room, for example in a door": (0.4, 0.6),
     }
     assert {row[0]: row[1] for row in ROWS if row[0] in rooms} == {
-        who: f"{right_of_way.waiting_time(*each, 0):g} s" for who, each in rooms.items()
+        who: f"{waiting_time(*each, 0):g} s" for who, each in rooms.items()
     }
 
 
@@ -99,20 +101,19 @@ def test_its_waiting_times_are_those_of_the_rule() -> None:
         f"friction {bodies.WHEEL_FRICTION:g}, a radius of {bodies.WHEEL_RADIUS:g} robot radii and a track of "
         f"{bodies.WHEEL_TRACK:g}; the body weighs {bodies.MASS:g} kg, and each motor pushes with at most "
         f"{bodies.MOTOR_FORCE:g} N",
-        f"counts {explore.PERSISTENCE:g} times",
-        f"no viewpoint for {explore.PATIENCE:g} s",
-        f"draws {patrol.GOALS} of its own",
-        f"nearer than {routes.COMFORT:g} m to a wall",
-        f"anew every {navigator.REPLAN:g} s",
-        f"over {steering.HORIZON:g} s",
-        f"nearer than {steering.MARGIN:g} m to anything",
-        f"moved less than {stuck.STUCK_DISTANCE:g} m and turned less than {stuck.STUCK_TURN:g} rad in "
-        f"{stuck.STUCK_TIME:g} s",
-        f"without that goal for {navigator.BAN_TIME:g} s",
-        f"nearer than {right_of_way.NEAR_ROBOT:g} m and within {right_of_way.PATH_WIDTH:g} m of the path",
-        f"up to {right_of_way.MAX_RETREAT:g} m",
-        f"for {navigator.MIN_YIELD_TIME:g} to {navigator.MAX_YIELD_TIME:g} s, until no robot is within "
-        f"{navigator.CLEAR_DISTANCE:g} m",
+        f"counts {BEHAVIOUR.exploration.persistence:g} times",
+        f"no viewpoint for {BEHAVIOUR.exploration.patience:g} s",
+        f"draws {BEHAVIOUR.patrol.goal_count} of its own",
+        f"nearer than {NAVIGATION.routes.wall_distance:g} m to a wall",
+        f"anew every {NAVIGATION.replan_time:g} s",
+        f"over {NAVIGATION.steering.horizon:g} s",
+        f"nearer than {NAVIGATION.steering.hull_margin:g} m to anything",
+        f"moved less than {NAVIGATION.stuck.distance:g} m and turned less than {NAVIGATION.stuck.turn:g} rad in "
+        f"{NAVIGATION.stuck.time:g} s",
+        f"without that goal for {NAVIGATION.stuck.ban_time:g} s",
+        f"nearer than {WAY.near:g} m and within {WAY.path_width:g} m of the path",
+        f"up to {WAY.max_retreat:g} m",
+        f"for {WAY.yield_time[0]:g} to {WAY.yield_time[1]:g} s, until no robot is within {WAY.clear_distance:g} m",
     ],
 )
 def test_its_numbers_are_those_of_the_code(documented: str) -> None:

@@ -120,5 +120,6 @@ def test_every_verb_of_the_table_loads_and_explains_itself(verb: str, capsys: py
 
 
 def test_merging_map_files_loads_no_simulator() -> None:
-    program = "import sys; import mapquilt.cli.verbs.merge; sys.exit(','.join({'sim', 'worlds', 'pydantic'} & set(sys.modules)))"
+    loaded = "{'sim', 'worlds', 'pydantic'} & set(sys.modules)"
+    program = f"import sys; import mapquilt.cli.verbs.merge; sys.exit(','.join({loaded}))"
     assert subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True).stderr == "\n"

@@ -12,7 +12,7 @@ from mapping.ground_truth.truth import overlap
 from sim.mission.coverage import coverage
 from sim.mission.first_seen import NEVER, first_seen
 from sim.mission.mission import Mission, simulate
-from sim.mission.overlap import LEVELS, cut_to_overlap, start_attempts
+from sim.mission.overlap import cut_to_overlap, start_attempts
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
 from worlds.polygon import box, disc
@@ -92,7 +92,7 @@ def test_the_best_of_two_robots_is_the_best_there_is(long_mission: Mission) -> N
     """Against every pair of ends, by footprints."""
     frame = true_raster(long_mission.world).frame
     pair, wanted = long_mission.robots[:2], (0.4, 0.45)
-    counts = np.maximum(1, np.rint(401 * np.linspace(0.05, 1.0, LEVELS))).astype(int)
+    counts = np.maximum(1, np.rint(401 * np.linspace(0.05, 1.0, 60))).astype(int)
     seen = [first_seen(truth, frame) for truth in pair]
     maps = [[each <= count for count in counts[::6]] for each in seen]
     least = min(max(0.0, 0.4 - share, share - 0.45) for a in maps[0] for b in maps[1] for share in (overlap(a, b),))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ import pytest
 
 from sim.mission.file import load_mission, save_mission
 from sim.mission.mission import Mission
+from sim.mission.settings import CutSettings
+from sim.navigation.settings import NavigationSettings, SteeringSettings
+from sim.policies.settings import BehaviourSettings
 
 
 @pytest.fixture
@@ -43,6 +47,24 @@ def test_the_policy_tour_of_older_files_is_read_as_patrol(folder: Path) -> None:
     record["settings"]["policy"] = "tour"
     path.write_text(json.dumps(record), encoding="utf-8")
     assert load_mission(folder).settings.policy == "patrol"
+
+
+def test_tuning_is_stored_where_it_differs_from_the_default(mission: Mission, folder: Path, tmp_path: Path) -> None:
+    assert not {"behaviour", "cut"} & set(json.loads((folder / "mission.json").read_text())["settings"])
+    navigation = NavigationSettings(lookahead=(0.3, 0.8), steering=SteeringSettings(steps=10))
+    settings = replace(mission.settings, behaviour=BehaviourSettings(navigation), cut=CutSettings(levels=30))
+    save_mission(replace(mission, settings=settings), tmp_path / "tuned")
+    assert load_mission(tmp_path / "tuned").settings == settings
+
+
+@pytest.mark.parametrize("value", [1, [], {"unknown": 1.0}, {"navigation": {"steering": {"steps": 0}}}])
+def test_malformed_tuning_is_named(folder: Path, value: object) -> None:
+    path = folder / "mission.json"
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record["settings"]["behaviour"] = value
+    path.write_text(json.dumps(record), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"mission\.json: malformed"):
+        load_mission(folder)
 
 
 @pytest.mark.parametrize("name", ["world.json", "mission.json", "robot_1.npz"])

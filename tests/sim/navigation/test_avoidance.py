@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sim.navigation.avoidance import Avoidance
-from sim.navigation.steering import HORIZON, MARGIN
+from sim.navigation.settings import SteeringSettings
 from sim.physics.drive import DriveLimits
 
 LIMITS = DriveLimits()
@@ -17,7 +17,7 @@ NOTHING = np.empty((0, 2))
 
 def positions(speed: float, turn: float) -> np.ndarray:
     """Where the command leads from rest within the horizon, stepped finely: the oracle of the roll-outs."""
-    poses, yaw, step, velocity = [np.zeros(2)], 0.0, HORIZON / 2000, (0.0, 0.0)
+    poses, yaw, step, velocity = [np.zeros(2)], 0.0, SteeringSettings.horizon / 2000, (0.0, 0.0)
     for _ in range(2000):
         velocity = LIMITS.ramp(velocity, (speed, turn), step)
         yaw += velocity[1] * step
@@ -38,12 +38,14 @@ def test_no_command_leads_near_a_seen_point_within_the_horizon() -> None:
     steering = Avoidance(LIMITS, radius=0.2)
     for _ in range(60):
         seen = rng.uniform(-1.5, 1.5, (30, 2))
-        seen = seen[np.hypot(*seen.T) > 0.2 + MARGIN + 0.02]
+        seen = seen[np.hypot(*seen.T) > 0.2 + SteeringSettings.hull_margin + 0.02]
         speed, turn = steering.steer(rng.uniform(-1.0, 1.0, 2), seen)
         assert -LIMITS.speed <= speed <= LIMITS.speed
         assert abs(turn) <= LIMITS.turn_rate
         gap = np.hypot(*(positions(speed, turn)[:, None] - seen).transpose(2, 0, 1)).min()
-        assert gap > 0.2 + MARGIN - 0.03  # between two samples of a motion, 0.14 m apart, a little is lost
+        assert (
+            gap > 0.2 + SteeringSettings.hull_margin - 0.03
+        )  # between two samples of a motion, 0.14 m apart, a little is lost
 
 
 def test_a_robot_that_stands_too_near_backs_off() -> None:

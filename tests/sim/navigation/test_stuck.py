@@ -9,14 +9,15 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
-from sim.navigation.navigator import BAN_TIME, Navigator
+from sim.navigation.navigator import Navigator
 from sim.navigation.routes import Routes
-from sim.navigation.stuck import STUCK_TIME, StuckDetector
+from sim.navigation.settings import StuckSettings
+from sim.navigation.stuck import StuckDetector
 from sim.physics.robot import RobotSettings
 from sim.physics.stopwatch import Stopwatch
 from sim.sensors.lidar import Lidar
 
-TENTHS = np.arange(0.0, STUCK_TIME + 0.35, 0.1)
+TENTHS = np.arange(0.0, StuckSettings.time + 0.35, 0.1)
 
 
 def stuck_at(speed: float, turn_rate: float) -> list[float]:
@@ -26,7 +27,7 @@ def stuck_at(speed: float, turn_rate: float) -> list[float]:
 
 def test_a_robot_that_stands_is_stuck_after_its_time_and_then_anew() -> None:
     (when,) = stuck_at(0.0, 0.0)
-    assert STUCK_TIME - 1e-9 <= when <= STUCK_TIME + 0.1
+    assert StuckSettings.time - 1e-9 <= when <= StuckSettings.time + 0.1
 
 
 def test_who_drives_or_turns_is_not_stuck() -> None:
@@ -42,7 +43,7 @@ def test_who_had_no_wish_to_move_begins_anew() -> None:
     watch, here = StuckDetector(), np.zeros(2)
     assert not watch.update(0.0, here, 0.0)
     watch.reset()
-    assert not watch.update(STUCK_TIME, here, 0.0)
+    assert not watch.update(StuckSettings.time, here, 0.0)
 
 
 class Stubborn:
@@ -76,4 +77,4 @@ def test_a_goal_that_a_robot_cannot_get_to_is_banned_for_a_while() -> None:
         navigator.command(lidar.scan(float(now), nothing), SE2())  # it is told to drive, and stays where it is
     assert policy.told[0] == []
     assert (3.0, 0.0) in policy.told[-1]
-    assert len(policy.told[-1]) <= BAN_TIME / STUCK_TIME + 1
+    assert len(policy.told[-1]) <= StuckSettings.ban_time / StuckSettings.time + 1
