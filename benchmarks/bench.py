@@ -1,4 +1,4 @@
-"""``make bench``: measure the cost of each step, as ratios within one run, since absolute times depend on the machine."""
+"""Measure the cost of each step (``make bench``), as ratios within one run: absolute times depend on the machine."""
 
 from __future__ import annotations
 

@@ -17,8 +17,7 @@ from mapping.seeds import check_seed
 from mapping.settings import MappingSettings
 from mapquilt.leaves import Combined
 from merge.settings import MergeSettings
-from sim.mission.settings import CutSettings, MissionSettings, PolicyName
-from sim.mission.starts import Starts
+from sim.mission.settings import CutSettings, MissionSettings, PolicyName, Starts
 from sim.physics.drive import Drive
 from sim.physics.robot import RobotSettings
 from sim.policies.settings import BehaviourSettings

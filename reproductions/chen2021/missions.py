@@ -1,4 +1,4 @@
-"""Missions in the two worlds of the thesis, and their maps: each mission is simulated once and sensed for every case."""
+"""Missions in the two worlds of the thesis: each is simulated once and sensed for every case."""
 
 from __future__ import annotations
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from mapping.grid.frame import GridFrame
 from mapping.robot.robot_log import RobotTruth
 from sim.mission.first_seen import NEVER, first_seen
-from sim.mission.settings import CutSettings, MissionSettings
-from sim.mission.starts import Starts
+from sim.mission.settings import CutSettings, MissionSettings, Starts
 
 
 @dataclass(frozen=True)

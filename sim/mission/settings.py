@@ -7,11 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from sim.mission.starts import STARTS, Starts
 from sim.navigation.settings import require_positive
 from sim.physics.drive import DRIVES, Drive
 from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from sim.policies.settings import BehaviourSettings
+
+Starts = Literal["random", "spread", "close"]
+"""random: the world's own starts, then anywhere; spread: as far apart as possible; close: as near together as possible.
+"""
+
+STARTS: tuple[str, ...] = get_args(Starts)
 
 PolicyName = Literal["explore", "patrol", "replay"]
 """explore: drive to where most is unknown; patrol: drive between goals; replay: follow given trajectories."""

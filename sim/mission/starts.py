@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from skimage.graph import MCP_Geometric
 
 from mapping.geometry.se2 import SE2
+from sim.mission.settings import Starts
 from sim.physics.robot import RobotSettings
 from worlds.floor import CLEAR, Floor, find_floor
 from worlds.world import World
-
-Starts = Literal["random", "spread", "close"]
-"""random: the world's own starts, then anywhere; spread: as far apart as possible; close: as near together as possible.
-"""
-
-STARTS: tuple[str, ...] = get_args(Starts)
 
 CELL = 0.1
 """Cell size of the raster on which standing places are searched [m]."""

@@ -12,8 +12,7 @@ import pytest
 
 from mapquilt.cli.options.robots_file import FIELDS
 from sim.mission.running import PHYSICS_STEP
-from sim.mission.settings import POLICIES, MissionSettings
-from sim.mission.starts import STARTS
+from sim.mission.settings import POLICIES, STARTS, MissionSettings
 from sim.navigation.right_of_way import waiting_time
 from sim.physics import bodies, bullet
 from sim.physics.drive import DRIVES, DriveLimits

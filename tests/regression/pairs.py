@@ -22,8 +22,7 @@ from mapquilt.settings import SampleSettings
 from merge.merger import match_maps
 from merge.settings import MergeSettings
 from sim.mission.mission import simulate
-from sim.mission.settings import MissionSettings
-from sim.mission.starts import Starts
+from sim.mission.settings import MissionSettings, Starts
 from sim.sensors.settings import SensingSettings
 from tests.regression.golden import GoldenPair
 from worlds.families.registry import FAMILIES, make_world

@@ -15,8 +15,7 @@ from mapping.io.tum import load_tum
 from mapping.numbers import parse_number
 from mapping.robot.trajectory import Trajectory
 from mapquilt.cli.options.robots_file import load_robots
-from sim.mission.settings import MissionSettings, PolicyName
-from sim.mission.starts import Starts
+from sim.mission.settings import MissionSettings, PolicyName, Starts
 from sim.physics.drive import Drive, DriveLimits
 from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from sim.sensors.lidar import Lidar

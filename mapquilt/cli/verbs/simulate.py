@@ -37,8 +37,7 @@ from mapquilt.runs.open_world import open_world
 from mapquilt.runs.sample import Sample
 from mapquilt.runs.stages import simulate_run
 from mapquilt.settings import lidar_at_rate
-from sim.mission.settings import PolicyName
-from sim.mission.starts import Starts
+from sim.mission.settings import PolicyName, Starts
 from sim.physics.drive import Drive, DriveLimits
 
 

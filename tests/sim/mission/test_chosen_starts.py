@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from mapping.geometry.se2 import SE2
-from sim.mission.starts import Starts, choose_starts
+from sim.mission.settings import Starts
+from sim.mission.starts import choose_starts
 from sim.physics.robot import RobotSettings
 from worlds.families.registry import make_world
 from worlds.polygon import box
