@@ -1,4 +1,4 @@
-"""Settings of all tests, and one short run, simulated for real and shared by the tests of a worker."""
+"""Settings of all tests, and one short simulated run that the tests of a worker share."""
 
 from __future__ import annotations
 

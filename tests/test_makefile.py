@@ -1,4 +1,4 @@
-"""The Makefile's promises, as far as they can be seen without installing: on a fresh clone, by ``make -n``."""
+"""The Makefile on a fresh clone, by ``make -n``, without installing."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def job_without_environment(clone: Path) -> list[list[str]]:
 @pytest.mark.parametrize(
     "value", ["two words", "it's", 'a"b', "$(touch pwned)", "$(shell touch pwned)", "`touch pwned`", "; touch pwned #"]
 )
-def test_a_value_stays_one_word(clone: Path, value: str) -> None:
+def test_a_value_with_spaces_stays_one_word(clone: Path, value: str) -> None:
     mapquilt = clone / ".venv" / "bin" / "mapquilt"
     install_once(clone)
     mapquilt.parent.mkdir()
@@ -126,7 +126,7 @@ def test_a_line_break_in_a_value_is_refused(clone: Path) -> None:
 
 
 @pytest.mark.parametrize("version", ["3.10.4", "3.12.1", "2.7.18", "3.1.1"])
-def test_a_wrong_python_is_one_line(clone: Path, version: str) -> None:
+def test_a_wrong_python_gives_one_line(clone: Path, version: str) -> None:
     done = make(clone, f"PYTHON={fake_python(clone, version)}")
     assert done.returncode != 0
     assert done.stdout == ""
@@ -136,13 +136,13 @@ def test_a_wrong_python_is_one_line(clone: Path, version: str) -> None:
     assert not (clone / ".venv").exists()
 
 
-def test_a_missing_python_is_one_line(clone: Path) -> None:
+def test_a_missing_python_gives_one_line(clone: Path) -> None:
     done = make(clone, "PYTHON=no-such-python")
     assert done.returncode != 0
     assert re.fullmatch(r".*needs Python 3\.11, but no-such-python is not a Python that runs; .*\n", done.stderr)
 
 
-def test_a_right_python_is_taken(clone: Path) -> None:
+def test_a_right_python_is_used(clone: Path) -> None:
     done = make(clone, "-n", "install", f"PYTHON={fake_python(clone, '3.11.9')}")
     assert done.returncode == 0
     steps = done.stdout.splitlines()

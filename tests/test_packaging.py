@@ -1,4 +1,4 @@
-"""What is installed, and from where."""
+"""Content of the wheel and the lock file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROOMS = ("mapping", "worlds", "sim", "merge", "mapquilt")
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_each_room_is_loaded_from_the_repository(room: str) -> None:
+def test_each_package_is_loaded_from_the_repository(room: str) -> None:
     loaded = importlib.import_module(room).__file__
     assert loaded is not None
     assert Path(loaded).parent == ROOT / room

@@ -1,4 +1,4 @@
-"""The README's commands and its Python example work as they stand."""
+"""The commands and the Python example of the README work."""
 
 import re
 import shlex
@@ -35,6 +35,6 @@ def test_every_command_has_a_help_that_knows_its_options(line, capsys):
     assert all(word in text for word in words if word.startswith("--"))
 
 
-def test_every_link_leads_to_a_file():
+def test_every_link_points_to_a_file():
     for target in re.findall(r"\]\(([^)#:]+)\)", README.read_text()):
         assert (README.parent / target).exists(), target

@@ -1,4 +1,4 @@
-"""docs/files.md tells of every field that the schemas know."""
+"""docs/files.md lists every field of the schemas."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def fields(schema: Any) -> Iterator[str]:
 def test_each_field_of_a_record_has_its_line(kind: str) -> None:
     schema = json.loads((ROOT / f"mapquilt/schemas/{kind}.schema.json").read_text(encoding="utf-8"))
     _, _, section = PAGE.partition(f"### {kind}.json\n")
-    told = set(re.findall(r"`(\w+)`", section.partition("\n### ")[0])) | {"x", "y", "yaw", "scale"}
-    assert set(fields(schema)) <= told, kind
+    documented = set(re.findall(r"`(\w+)`", section.partition("\n### ")[0])) | {"x", "y", "yaw", "scale"}
+    assert set(fields(schema)) <= documented, kind
 
 
 def test_each_array_of_a_log_has_its_line() -> None:

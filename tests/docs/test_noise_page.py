@@ -1,4 +1,4 @@
-"""docs/noise.md states every component and every preset as the code has them."""
+"""docs/noise.md describes every component and every preset of the code."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ PAGE = (DOCS / "noise.md").read_text(encoding="utf-8")
 def test_each_preset_has_its_numbers_and_sources(preset: LidarPreset) -> None:
     name, *numbers = lidar_row(preset)
     assert f"| `{name}` | {' | '.join(numbers)} |" in PAGE
-    told = " ".join(PAGE.split())
-    assert f"- `{name}`: {'; '.join(preset.sources)}." in told
+    documented = " ".join(PAGE.split())
+    assert f"- `{name}`: {'; '.join(preset.sources)}." in documented
 
 
 @pytest.mark.parametrize("component", COMPONENTS)
-def test_each_component_is_told_of_with_its_level(component: str) -> None:
+def test_each_component_is_documented_with_its_level(component: str) -> None:
     row = next(line for line in PAGE.splitlines() if line.startswith("|") and f"`{component}`" in line)
     names, *_, levels = [cell.strip() for cell in row.strip("|").split("|")]
     if component.startswith("odometry."):
-        told = dict(zip(names.replace("`", "").split(", "), levels.split(", "), strict=True))
-        assert float(told[component]) == getattr(Noise().odometry, component.partition(".")[2])
+        documented = dict(zip(names.replace("`", "").split(", "), levels.split(", "), strict=True))
+        assert float(documented[component]) == getattr(Noise().odometry, component.partition(".")[2])
 
 
 def script(name: str, *arguments: Path) -> str:

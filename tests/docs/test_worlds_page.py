@@ -1,4 +1,4 @@
-"""docs/worlds.md tells of the families as they are, and its example is a world."""
+"""docs/worlds.md lists the families of the code, and its example is a valid world."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ ROWS = re.findall(r"^\| `(\w+)` \| ([\d.]+) x ([\d.]+) \| (.+?) \|", PAGE, flags
 
 
 def test_every_family_has_its_row_with_its_size() -> None:
-    told = {name: (float(width), float(height)) for name, width, height, _ in ROWS}
-    assert told == {name: (family.width, family.height) for name, family in FAMILIES.items()}
+    documented = {name: (float(width), float(height)) for name, width, height, _ in ROWS}
+    assert documented == {name: (family.width, family.height) for name, family in FAMILIES.items()}
 
 
 @pytest.mark.parametrize(("name", "least"), [(row[0], row[3]) for row in ROWS if row[3] != "one size"])

@@ -1,4 +1,4 @@
-"""Every example runs to its end and leaves its picture."""
+"""Every example runs and writes its picture."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def test_a_study_of_noise_is_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "study/success.png").is_file()
 
 
-def test_the_readme_of_no_example_is_missing() -> None:
-    """Each example says in its first line what it does, and how to call it."""
+def test_every_example_has_a_docstring_with_its_call() -> None:
+    """The docstring of each example describes it and shows the call."""
     for file in (ROOT / "examples").glob("*.py"):
         text = file.read_text(encoding="utf-8")
         assert f"python examples/{file.name}" in text.split('"""')[1]

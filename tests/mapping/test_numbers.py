@@ -1,4 +1,4 @@
-"""Numbers as people write them."""
+"""Parsing of numbers and ranges."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def test_a_number_is_what_python_reads(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", " 1", "1_0", "nan", "inf", "-inf", "1e999", "1,5", "0x10", "\u0661", "1:2", "."])
-def test_what_people_do_not_write_is_no_number(text: str) -> None:
+def test_exotic_python_numbers_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match="is no number"):
         parse_number(text)
 

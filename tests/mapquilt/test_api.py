@@ -46,7 +46,7 @@ def test_merging_files_grids_and_a_run_agree(merged_run: Path, tmp_path: Path) -
     assert hashes(tmp_path / "by_command") == hashes(tmp_path / "merged")
 
 
-def test_what_cannot_be_merged_is_named(tmp_path: Path, sample: mq.Sample) -> None:
+def test_maps_that_cannot_be_merged_are_named(tmp_path: Path, sample: mq.Sample) -> None:
     with pytest.raises(ValueError, match=r"maps\[1\] is a int, must be"):
         mq.merge([sample.maps.grids[0], 3])  # type: ignore[list-item]
     with pytest.raises(ValueError, match=r"maps\[1\] is a OccupancyGrid, must be a file name like the others"):

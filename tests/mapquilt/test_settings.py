@@ -74,7 +74,7 @@ def test_any_unambiguous_ending_names_a_leaf() -> None:
             split_assignment(DEFAULTS, "--set", text)
 
 
-def test_combined_settings_set_the_leaves_that_they_stand_for() -> None:
+def test_combined_settings_set_all_their_leaves() -> None:
     config = with_leaf(ExperimentConfig(), "odometry.level", "3", COMBINED)
     noise = config.sensing.noise_of("default")
     assert noise.odometry == OdometryNoise().scaled(3.0)
@@ -84,7 +84,7 @@ def test_combined_settings_set_the_leaves_that_they_stand_for() -> None:
     assert set(COMBINED).isdisjoint(leaf_names(DEFAULTS))
 
 
-def test_a_component_holds_whatever_the_noise_level() -> None:
+def test_a_component_is_independent_of_the_noise_level() -> None:
     config = with_leaf(with_leaf(ExperimentConfig(), "noise", "3"), "lidar.range_sigma", "0.05")
     assert config.sensing.noise_of("default").lidar.range_sigma == 0.05
     assert config.sensing.noise_of("default").odometry.alpha1 == pytest.approx(3 * OdometryNoise().alpha1)
@@ -100,12 +100,12 @@ def test_a_component_holds_whatever_the_noise_level() -> None:
         ("merge.scale=0:1", "must be LO:HI with"),
     ],
 )
-def test_values_that_do_not_fit_are_named(text: str, words: str) -> None:
+def test_invalid_values_are_named(text: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         with_leaf(ExperimentConfig(), *split_assignment(DEFAULTS, "--set", text))
 
 
-def test_none_is_a_value_where_a_setting_may_be_absent() -> None:
+def test_optional_settings_accept_none() -> None:
     config = with_leaf(ExperimentConfig(), "beams", "90")
     assert with_leaf(config, "beams", "none") == ExperimentConfig()
     assert with_leaf(ExperimentConfig(), "merge.scale", "0.5:1").merge.scale == ScaleRange(0.5, 1.0)

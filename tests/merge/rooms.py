@@ -1,4 +1,4 @@
-"""Small worlds and what robots would map of them, with the truth, for the tests of the merger."""
+"""Small worlds with maps and ground truth for the tests of the merger."""
 
 from __future__ import annotations
 

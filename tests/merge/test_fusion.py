@@ -15,13 +15,13 @@ GRID = OccupancyGrid.from_occupancy(FRAME, [[100, 0, -1], [0, -1, 100]])
 SELF = Similarity2.identity()
 
 
-def test_a_map_with_itself_keeps_shape_and_sign_and_is_surer():
+def test_a_map_fused_with_itself_keeps_shape_and_sign():
     fused = fuse(FRAME, [(SELF, GRID), (SELF, GRID)])
     assert fused.frame == FRAME
     np.testing.assert_array_equal(fused.log_odds, 2 * GRID.log_odds)
 
 
-def test_one_cell_beside_another_by_hand():
+def test_two_adjacent_cells_by_hand():
     one = OccupancyGrid.from_occupancy(GridFrame(0.5, SE2(10.0, 20.0), (1, 1)), [[100]])
     shifted = Similarity2(-0.5, -1.0)  # one column to the left, two rows down
     fused = fuse(one.frame, [(SELF, one), (shifted, one)])
@@ -30,7 +30,7 @@ def test_one_cell_beside_another_by_hand():
     assert fused.occupancy().tolist() == [[100, -1], [-1, -1], [-1, 100]]
 
 
-def test_a_map_to_the_right_and_above_leaves_the_origin():
+def test_a_map_to_the_upper_right_keeps_the_origin():
     fused = fuse(
         FRAME, [(SELF, GRID), (Similarity2.from_se2(FRAME.origin @ SE2(0.2, 0.1) @ FRAME.origin.inverse()), GRID)]
     )
@@ -39,7 +39,7 @@ def test_a_map_to_the_right_and_above_leaves_the_origin():
     assert fused.occupancy().tolist() == [[100, 0, -1, -1, -1], [0, -1, 100, 0, -1], [-1, -1, 0, -1, 100]]
 
 
-def test_every_cell_of_the_reference_stays_where_it_was():
+def test_every_cell_of_the_reference_keeps_its_position():
     turned = Similarity2(0.7, -0.9, 1.1, 1.3)
     fused = fuse(FRAME, [(SELF, GRID), (turned, GRID)])
     assert fused.frame.origin.yaw == FRAME.origin.yaw
@@ -72,7 +72,7 @@ def test_log_odds_add_by_value():
 
 
 def test_a_thin_wall_of_a_finer_map_stays_whole():
-    """A wall of one cell of 0.02 m, slanted, in a map of 0.1 m cells: every new cell that it runs through keeps it."""
+    """A slanted wall of 0.02 m cells in a map of 0.1 m cells: every cell that it crosses is occupied."""
     fine = np.zeros((200, 200), int)
     fine[np.arange(200), (np.arange(200) * 0.37 + 40).astype(int)] = 100
     grid = OccupancyGrid.from_occupancy(GridFrame(0.02, SE2(), (200, 200)), fine)
@@ -104,8 +104,8 @@ def test_each_rule_by_hand_in_either_order(fusion, expected):
         np.testing.assert_allclose(fuse(FRAME, grids, fusion).log_odds, expected, atol=1e-7)
 
 
-def test_the_surest_is_what_has_least_entropy_of_all_and_their_mean():
-    """Chen 2021, appendix A, cell by cell: of p1, p2 and their mean the one of least Shannon entropy."""
+def test_least_entropy_takes_the_most_certain_of_all_and_their_mean():
+    """Chen 2021, appendix A: per cell, the one of p1, p2 and their mean with the least Shannon entropy."""
     rng = np.random.default_rng(0)
     frame = GridFrame(0.1, SE2(), (20, 20))
     one, two = (cells(rng.uniform(-3, 3, (20, 20)), frame) for _ in range(2))
@@ -120,7 +120,7 @@ def test_the_surest_is_what_has_least_entropy_of_all_and_their_mean():
     np.testing.assert_allclose(1 / (1 + np.exp(-fused.log_odds.astype(float))), chosen, atol=1e-6)
 
 
-def test_a_wall_deep_in_free_space_is_a_conflict_and_one_a_cell_off_is_none():
+def test_a_wall_deep_in_free_space_is_a_conflict_unlike_one_a_cell_off():
     frame = GridFrame(0.1, SE2(), (9, 9))
     one, two = np.zeros((9, 9)), np.zeros((9, 9))
     one[:, 0] = one[4, 4] = 100
@@ -137,7 +137,7 @@ def test_cells_are_as_fine_as_the_finest_in_the_metres_of_the_reference():
     assert finest(FRAME, [0.1, 0.2]) == FRAME
 
 
-def test_maps_looked_up_where_they_lie_are_as_looked_up_everywhere():
+def test_local_lookup_equals_lookup_over_the_whole_raster():
     """By a slow sum over the whole merged raster."""
     rng = np.random.default_rng(4)
     grids = []

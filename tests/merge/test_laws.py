@@ -1,4 +1,4 @@
-"""What is done to an input moves the answer by just that, over random draws: nothing depends on how a map is held."""
+"""Equivariance: a motion of an input moves the answer by the same, over random draws."""
 
 import math
 
@@ -79,7 +79,7 @@ def test_swapping_moved_maps_gives_the_inverse(pair, move):
     assert off_cells(back.inverse(), there, moved) < 1e-6
 
 
-def test_a_raster_turned_by_a_quarter_turns_the_answer(pair):
+def test_a_quarter_turn_of_the_raster_rotates_the_answer(pair):
     (target, source), before = pair
     values = np.rot90(source.log_odds, -1)  # rows go up: turned clockwise as an array, to the left as a map
     turned = OccupancyGrid(GridFrame(CELL, SE2(), values.shape), values)

@@ -30,7 +30,7 @@ def quilted(maps, settings=QUILT, **options):
 
 
 def team(seed, number=2, scale=(1.0, 1.0), honest=True):
-    """Maps of one world, and the true map_from_world of each; stated cells are honest or all of one size."""
+    """Maps of one world, and the true map_from_world of each; stated cell sizes are true, or all equal."""
     rng = np.random.default_rng(seed)
     world = rooms(rng, WIDTH, HEIGHT)
     frames = [random_similarity(rng, scale if k else (1.0, 1.0)) for k in range(number)]
@@ -76,7 +76,7 @@ def test_known_transforms_are_found_within_half_a_cell():
 
 
 @pytest.mark.slow
-def test_sift_finds_copies_too():
+def test_sift_finds_copies():
     maps, frames = team(0)
     pair = merge_maps(maps, MergeSettings(method="sift")).pairs[0]
     assert pair.accepted, pair.reason
@@ -359,7 +359,7 @@ def test_one_map_alone_is_its_own_merge(known):
 
 
 def test_unknown_cells_around_a_map_change_nothing(known):
-    """A map that a mapper keeps in a large raster is the same map, and its answer costs and says the same."""
+    """A map in a larger raster gives the same answer."""
     maps, _, before = known
     wide = [np.pad(grid.log_odds, ((700, 3), (0, 900))) for grid in maps.grids]
     frames = [grid.frame.window((-700, 0), log_odds.shape) for grid, log_odds in zip(maps.grids, wide, strict=True)]

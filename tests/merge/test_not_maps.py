@@ -1,4 +1,4 @@
-"""Pictures that are no maps: refused, whatever they meet, and never a crash."""
+"""Images that are not maps are refused without a crash."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""The settings of a merge: one tree of plain leaves, each checked, which worker processes understand."""
+"""Settings of a merge: one tree of checked leaves, which can be sent to worker processes."""
 
 import dataclasses
 import pickle

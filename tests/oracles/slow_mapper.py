@@ -1,4 +1,4 @@
-"""A slow, obvious log-odds mapper in exact arithmetic: the oracle of the compiled one."""
+"""A slow, simple log-odds mapper in exact arithmetic, the oracle of the compiled one."""
 
 from __future__ import annotations
 

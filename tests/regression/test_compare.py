@@ -1,4 +1,4 @@
-"""What counts as a regression, and that the golden files of this repository are such files."""
+"""Classification of regressions, and validity of the golden files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_an_unchanged_pair_is_no_change(verdict):
         (RIGHT, replace(WRONG, sample="bbbb"), "sample changed"),
     ],
 )
-def test_each_change_is_of_its_kind(before, now, kind):
+def test_each_change_is_classified(before, now, kind):
     assert kinds(before, now) == [kind]
     assert ("worse" in FAILING, "sample changed" in FAILING, "better" in FAILING) == (True, True, False)
 
@@ -94,7 +94,7 @@ def test_the_golden_files_cover_every_family():
         ((), "holds no golden file; make regression-update writes them"),
     ],
 )
-def test_what_cannot_be_compared_is_refused_in_one_line(arguments, words, tmp_path, capsys):
+def test_invalid_golden_files_are_refused_in_one_line(arguments, words, tmp_path, capsys):
     assert run_app(app, ["--golden", str(tmp_path), *arguments], "regression") == 2
     line = capsys.readouterr().err
     assert words in line and line.count("\n") == 1

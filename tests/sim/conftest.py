@@ -1,4 +1,4 @@
-"""Short missions that many tests look at."""
+"""Short missions for many tests."""
 
 from __future__ import annotations
 

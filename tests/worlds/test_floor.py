@@ -1,4 +1,4 @@
-"""Worlds that nobody could explore are refused, with what is wrong and where."""
+"""Worlds that cannot be explored are refused, with the reason and the place."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def test_a_wall_across_is_named_with_both_areas_and_where_they_are() -> None:
         require_drivable(walled(parts=2))
 
 
-def test_a_door_too_narrow_for_the_robot_parts_the_floor_and_a_wider_one_does_not() -> None:
+def test_a_door_too_narrow_for_the_robot_separates_the_floor() -> None:
     narrow, wide = (walled(box(6, 0, 6.2, 3), box(6, 3 + gap, 6.2, 6)) for gap in (0.4, 0.9))
     with pytest.raises(ValueError, match="2 parts"):
         require_drivable(narrow)
     assert require_drivable(wide) is wide
 
 
-def test_a_gap_behind_a_thing_is_no_part() -> None:
+def test_a_gap_behind_an_obstacle_is_not_a_part() -> None:
     assert require_drivable(walled(box(0, 1, 1.2, 1.2), box(1.0, 0, 1.2, 1.2))).parts == 1
 
 
@@ -49,7 +49,7 @@ def test_a_full_world_and_a_huge_one_are_refused() -> None:
         require_drivable(World("w", 0, (501, 5), ()))
 
 
-def test_a_way_out_is_named_and_a_fence_closes_it() -> None:
+def test_an_opening_to_the_outside_is_named_and_a_fence_closes_it() -> None:
     sides = (box(0, 0, 10, 0.2), box(0, 5.8, 10, 6), box(0, 0, 0.2, 6))
     with pytest.raises(ValueError, match=r"could leave its 10 x 6 m at \(9\.\d+, 0\.2\d\)"):
         require_drivable(World("w", 0, (10, 6), sides))

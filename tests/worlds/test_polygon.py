@@ -1,4 +1,4 @@
-"""Polygons: known answers and refusable shapes."""
+"""Polygons: known answers and refusals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_shapes_are_simple_and_counter_clockwise(polygon: np.ndarray) -> None:
     assert is_simple(polygon)
 
 
-def test_a_turned_box_has_its_length_along_its_yaw() -> None:
+def test_a_rotated_box_has_its_length_along_its_yaw() -> None:
     polygon = turned_box(1.0, 2.0, 4.0, 1.0, math.pi / 6)
     assert contains(polygon, [(1.0 + 1.9 * math.cos(math.pi / 6), 2.0 + 1.9 * math.sin(math.pi / 6))]).all()
     assert signed_area(polygon) == pytest.approx(4.0)

@@ -79,14 +79,14 @@ def test_a_wall_drawn_on_the_raster_fills_its_own_cells_only() -> None:
     assert np.array_equal(true_raster(world, 0.05).occupied, expected)
 
 
-def test_a_hair_within_one_cell_is_seen_and_so_is_a_sliver_beyond_a_border() -> None:
+def test_obstacles_thinner_than_a_cell_are_kept() -> None:
     hair = true_raster(World("hair", 0, (1, 1), (turned_box(0.525, 0.525, 0.02, 0.001, 0.3),)), 0.05)
     assert np.argwhere(hair.occupied).tolist() == [[10, 10]]
     sliver = true_raster(World("sliver", 0, (1, 1), (box(0.1, 0.1, 0.2001, 0.2),)), 0.05)
     assert np.argwhere(sliver.occupied.any(axis=0)).ravel().tolist() == [2, 3, 4]
 
 
-def test_rows_are_y_from_the_bottom_and_the_origin_is_the_worlds() -> None:
+def test_row_zero_is_lowest_and_the_origin_is_that_of_the_world() -> None:
     raster = true_raster(World("corner", 0, (2.0, 1.03), (box(0.0, 0.0, 0.5, 0.1),)), 0.1)
     assert raster.frame.shape == (11, 20)
     assert raster.frame.origin == SE2(0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Worlds: what they refuse, and how far their solids are."""
+"""Worlds: refusals, and distances to obstacles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_clearance_is_zero_inside_and_exact_outside() -> None:
     assert world.clearance(points) == pytest.approx([0.0, 0.0, 2.0, math.sqrt(2.0)])
 
 
-def test_an_empty_world_is_clear_without_end() -> None:
+def test_an_empty_world_has_infinite_clearance() -> None:
     world = World("nothing", 0, (1, 1), ())
     assert world.segments().shape == (0, 2, 2)
     assert world.clearance([(0.5, 0.5)]).tolist() == [math.inf]

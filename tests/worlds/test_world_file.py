@@ -1,4 +1,4 @@
-"""World files: exact there and back, and what they refuse."""
+"""World files: exact round trips and refusals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from worlds.world import World
 from worlds.world_file import world_from_json, world_to_json
 
 
-def test_a_world_comes_back_bit_for_bit_through_text() -> None:
+def test_a_world_round_trip_is_exact() -> None:
     for world in (
         make_world("office", 2),
         make_world("outdoor", 2),

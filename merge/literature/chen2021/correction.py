@@ -70,7 +70,7 @@ class Correction:
         """Describe a deviation from the thesis; None if there is none."""
         if self.direction.clear:
             return None
-        return f"no main direction (sharpness {self.direction.sharpness:.2f}): not turned, links are drawn as they run"
+        return f"no main direction (sharpness {self.direction.sharpness:.2f}): not rotated, lines keep their directions"
 
 
 def corrected(picture: Image, settings: CorrectionSettings = CorrectionSettings()) -> Correction:

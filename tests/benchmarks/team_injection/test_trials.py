@@ -1,4 +1,4 @@
-"""Teams drawn from worlds, with wrong answers put among the right ones."""
+"""Synthetic teams with injected wrong answers."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ from mapquilt.evaluation.transform_error import RIGHT, transform_error
 from merge.verification.cell_overlap import compare_cells
 
 
-def test_a_drawn_team_lies_where_it_says():
-    """Under the truth two maps agree cell by cell; half a metre beside it they do not."""
+def test_the_truth_of_a_drawn_team_aligns_its_maps():
+    """Two maps agree cell by cell at the truth, and disagree half a metre away from it."""
     _, team = drawn(1, maps=2)
     target, source = team.maps.grids
     bare = [Similarity2.from_se2(grid.frame.origin, grid.frame.resolution) for grid in (target, source)]
@@ -25,7 +25,7 @@ def test_a_drawn_team_lies_where_it_says():
     assert agreeing(Similarity2()) > agreeing(Similarity2(0.6 / size, 0.6 / size)) + 0.02
 
 
-def test_injected_answers_are_right_or_wrong_as_they_say():
+def test_injected_answers_are_right_or_wrong_as_labelled():
     _, team = drawn(3, maps=6)
     injected = inject(team, 0.3, np.random.default_rng(0))
     names = team.maps.names
@@ -39,7 +39,7 @@ def test_injected_answers_are_right_or_wrong_as_they_say():
 
 
 @pytest.mark.parametrize("seed", [1, 3, 7, 15])
-def test_wrong_answers_are_thrown_out_and_no_map_is_lost(seed):
+def test_wrong_answers_are_rejected_and_no_map_is_lost(seed):
     trial = injection_trial(seed, maps=6)
     assert trial is not None and trial.wrong >= 2
     assert (trial.wrong_kept, trial.maps_lost) == (0, 0)

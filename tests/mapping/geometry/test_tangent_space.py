@@ -84,7 +84,7 @@ def test_the_adjoint_is_a_homomorphism(group, tangents):
 
 
 @pytest.mark.parametrize(("group", "tangents"), GROUPS)
-def test_the_inverse_goes_the_way_backwards(group, tangents):
+def test_the_inverse_undoes_a_transform(group, tangents):
     @given(tangents)
     def check(tangent):
         close(group.exp(tangent).inverse(), group.exp(-np.array(tangent)))
@@ -93,7 +93,7 @@ def test_the_inverse_goes_the_way_backwards(group, tangents):
 
 
 @pytest.mark.parametrize(("group", "tangents"), GROUPS)
-def test_about_a_point_is_the_same_motion_seen_from_there(group, tangents):
+def test_a_motion_about_a_point_is_that_motion_in_coordinates_of_the_point(group, tangents):
     @given(tangents, points)
     def check(tangent, centre):
         motion, there = group.exp(tangent), group(*centre)
@@ -112,7 +112,7 @@ def test_a_rotation_about_a_point_keeps_the_point(group):
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-6, 1e-4])
-def test_exp_and_log_keep_their_digits_near_zero_angle_and_scale(size):
+def test_exp_and_log_are_accurate_near_zero_angle_and_scale(size):
     for direction in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 1.0)):
         yaw, log_scale = size * np.array(direction)
         found = Similarity2.exp((2.0, -3.0, yaw, log_scale))
@@ -130,7 +130,7 @@ def test_a_similarity_of_scale_one_is_a_rigid_motion(tangent):
 
 
 @given(scaling_velocities, scaling_velocities)
-def test_plus_inverts_minus_and_is_a_perturbation_about_where_the_origin_lies(placed, change):
+def test_plus_inverts_minus_and_perturbs_about_the_image_of_the_origin(placed, change):
     transform, step = Similarity2.exp(placed), 1e-5 * np.array(change)
     other = transform.plus(change)
     close(transform.plus(other.minus(transform)), other)

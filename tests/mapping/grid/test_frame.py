@@ -1,4 +1,4 @@
-"""Cells, pixels and metres: half cells, flipped axes and backward matrices would show here."""
+"""Cells, pixels and metres: half-cell offsets, flipped axes and inverted matrices."""
 
 import math
 

@@ -127,7 +127,7 @@ def test_each_map_of_a_team_has_its_own_perturbation():
         assert len({getattr(one, name) for one in team}) == 4
 
 
-def test_honest_perturbations_keep_the_scale_and_the_other_draws():
+def test_perturbations_of_true_scale_keep_the_other_draws():
     for honest, hidden in zip(
         draw_frame_perturbations(3, 3, HONEST), draw_frame_perturbations(3, 3, FramePerturbationRanges()), strict=True
     ):

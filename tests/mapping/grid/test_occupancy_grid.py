@@ -1,4 +1,4 @@
-"""Cropping: what is known stays where it is. And how long its box is."""
+"""Cropping keeps the known cells in place; the diagonal of their bounding box."""
 
 import numpy as np
 import pytest

@@ -73,7 +73,7 @@ def exhaustive(fixed, moving, centre):
 )
 @pytest.mark.parametrize("patience", [ambiguity_search.PATIENCE, -math.inf])
 def test_the_search_equals_the_exhaustive_one(seed, columns, patience, monkeypatch):
-    """With blocks of shifts, and, without patience for them, with single shifts."""
+    """With blocks of shifts, and with single shifts."""
     monkeypatch.setattr(ambiguity_search, "PATIENCE", patience)
     fixed, moving = (CoarseFootprint.of(place(seed, *one)) for one in columns)
     centre = np.array([7, 10])

@@ -63,7 +63,7 @@ def test_two_equal_rooms_are_ambiguous():
     assert not identifiability(twins, left).identifiable
 
 
-def test_robots_that_share_nothing_have_no_answer():
+def test_robots_without_common_ground_have_no_answer():
     room = world((2, 2, 8, 16), boxes=CLUTTER)
     found = identifiability(part(room, 1, 8), part(room, 11, 19))
     assert not found.identifiable

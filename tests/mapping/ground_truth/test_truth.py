@@ -149,7 +149,7 @@ def test_with_too_few_common_cells_the_pair_is_composed():
 
 
 def test_each_true_cell_has_the_same_weight():
-    """A wall that was seen a hundred times must not outweigh one that was seen once."""
+    """A wall that was observed a hundred times counts no more than one that was observed once."""
     truth, log = robot(PATH_A)
     distorted = log.odometry.poses + np.array([[0, 0, 0], [0.2, 0, 0], [0.6, 0, 0]])
     once = beam_endpoints(log, truth, Trajectory(log.odometry.stamps, distorted), NOTHING)

@@ -1,4 +1,4 @@
-"""Files and folders are there whole or not at all."""
+"""Files and folders are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_only_regular_files_are_replaced(tmp_path: Path, make: Callable[[Path], 
     assert names(tmp_path) == {"special"}
 
 
-def test_a_ring_of_links_is_refused(tmp_path: Path) -> None:
+def test_a_cycle_of_links_is_refused(tmp_path: Path) -> None:
     (tmp_path / "ring").symlink_to("ring")
     with pytest.raises(OSError, match="ring"):
         write_bytes_atomically(tmp_path / "ring", b"data")
@@ -93,7 +93,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
         write_bytes_atomically(tmp_path / "no/file", b"data")
 
 
-def test_no_file_is_written_if_one_cannot_be(tmp_path: Path) -> None:
+def test_no_file_is_written_if_one_fails(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"old")
     limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)); {WRITE_BOTH}"
     done = subprocess.run([sys.executable, "-c", limit, str(tmp_path)], cwd=ROOT, capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""Map files: what is written is read back to the last bit, and every pixel is read as nav2's map_server reads it."""
+"""Map files: exact round trips, and pixels are read as by nav2's map_server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bad map files: one line that names file, field and value; no traceback, no hang, no picture bomb."""
+"""Bad map files: one line that names file, field and value; no traceback, no hang, no decompression bomb."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON and YAML: what is read is what was written, and whatever cannot be used is refused in one line by name."""
+"""JSON and YAML: exact round trips, and refusals in one line with the name of the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TUM trajectories: what is written is what an evaluator reads."""
+"""TUM trajectories: round trips and refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scans, trajectories and logs refuse what would become a silently bad map."""
+"""Scans, trajectories and logs refuse invalid values."""
 
 import math
 

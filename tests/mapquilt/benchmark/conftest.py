@@ -33,9 +33,9 @@ def pairs_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for number, scale in enumerate((1.0, 1.3)):
         target, source, truth = crisp_pair(scale)
         names = [f"{number}{side}.png" for side in "ab"]
-        for name, chart in zip(names, (target, source), strict=True):
-            cv2.imwrite(str(folder / name), picture_of(chart.grid))
-        heights = [chart.grid.frame.shape[0] for chart in (target, source)]
+        for name, prepared in zip(names, (target, source), strict=True):
+            cv2.imwrite(str(folder / name), picture_of(prepared.grid))
+        heights = [prepared.grid.frame.shape[0] for prepared in (target, source)]
         entries.append(
             {"name": f"pair{number}", "kind": "cut", "subset": f"part{number}", "map_a": names[0], "map_b": names[1]}
             | {"overlap": 0.6 - 0.4 * number, **in_pixels(truth, *heights)}

@@ -92,7 +92,7 @@ def test_after_an_interruption_the_same_command_continues(made, pairs_file, tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
-def test_threads_are_given_back(made, pairs_file, tmp_path):
+def test_the_number_of_threads_is_restored(made, pairs_file, tmp_path):
     before = cv2.getNumThreads()
     assert command("benchmark", "--pairs", pairs_file, "--method", "orb", "--limit", 1, "--out", tmp_path / "o") == 0
     assert cv2.getNumThreads() == before
@@ -100,7 +100,7 @@ def test_threads_are_given_back(made, pairs_file, tmp_path):
 
 
 @pytest.mark.slow
-def test_two_workers_say_what_one_says(made, pairs_file, tmp_path):
+def test_two_workers_give_the_same_answers_as_one(made, pairs_file, tmp_path):
     out, arguments = made
     assert command(*arguments, tmp_path / "out", "--workers", 2, "--pictures", 0) == 0
     for name in ("pairs.csv", "summary.json"):
@@ -126,7 +126,7 @@ def test_bad_input_ends_in_one_line(capsys, pairs_file, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_picture_that_is_no_map_is_named(capsys, pairs_file, tmp_path):
+def test_an_image_that_is_not_a_map_is_named(capsys, pairs_file, tmp_path):
     for file in pairs_file.parent.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     cv2.imwrite(str(tmp_path / "1b.png"), np.full((80, 80), 205, np.uint8))

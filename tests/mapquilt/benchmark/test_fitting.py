@@ -1,4 +1,4 @@
-"""The fit of the decision: constants that made the answers are found again, and count what they should."""
+"""Fit of the acceptance constants: known constants are recovered, from the right answers only."""
 
 from __future__ import annotations
 
@@ -47,19 +47,19 @@ def test_the_constants_that_made_the_answers_are_found_again():
     assert fitted.min_overlap == AcceptanceSettings().min_overlap
 
 
-def test_what_other_rules_refuse_is_left_out():
+def test_answers_that_other_rules_refuse_are_left_out():
     trials = drawn(300)
     assert fit_acceptance(trials + drawn(300, seed=2, overlap=0.01)) == fit_acceptance(trials)
 
 
 def test_pairs_that_other_rules_refuse_count_among_those_to_be_refused():
-    """Where they are most of these, what is left of them is rare, and an answer the likelier right."""
+    """If most negatives are refused by other rules, the remaining ones are rare, and answers more likely right."""
 
-    def negative(overlap: float, lead: float) -> EvaluatedPair:
-        evidence = dataclasses.replace(EVIDENCE, second_best_score=EVIDENCE.score - lead, overlap=overlap)
+    def negative(overlap: float, margin: float) -> EvaluatedPair:
+        evidence = dataclasses.replace(EVIDENCE, second_best_score=EVIDENCE.score - margin, overlap=overlap)
         return evaluated(False, None, negative=True, evidence=evidence)
 
-    hard = [negative(0.5, lead) for lead in np.linspace(0.07, 0.2, 50)]
+    hard = [negative(0.5, margin) for margin in np.linspace(0.07, 0.2, 50)]
     easy = [negative(0.01, 0.1)] * 450
     alone, among = fit_acceptance(drawn(400) + hard), fit_acceptance(drawn(400) + hard + easy)
     likelier = [decide(EVIDENCE, settings).confidence for settings in (alone, among)]
@@ -93,7 +93,7 @@ def test_answers_that_are_all_right_are_refused():
         fit_acceptance([evaluated(True, GOOD, evidence=EVIDENCE)])
 
 
-def test_deciding_again_changes_the_decision_only():
+def test_a_new_decision_changes_nothing_else():
     strict = dataclasses.replace(TRUE, min_confidence=0.999)
     before = drawn(5)
     for old, new in zip(before, decide_again(before, strict), strict=True):
@@ -123,14 +123,14 @@ def test_the_schema_allows_every_constant_that_the_settings_allow(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("told", "named"),
+    ("options", "named"),
     [
         (("--split", "train", "--check", "train"), "--check train"),
         (("--check-dataset", "{tmp}"), "--check-dataset {tmp}"),
     ],
 )
-def test_checking_on_what_was_fitted_is_refused(tmp_path, capsys, told, named):
+def test_checking_on_the_fitted_split_is_refused(tmp_path, capsys, options, named):
     arguments = ["calibrate", "--dataset", str(tmp_path), "--out", str(tmp_path / "out")]
-    assert run([*arguments, *(word.format(tmp=tmp_path) for word in told)]) == 2
+    assert run([*arguments, *(word.format(tmp=tmp_path) for word in options)]) == 2
     assert named.format(tmp=tmp_path) in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""Lists of pairs: the convention of pixels, refusals, and even samples."""
+"""Lists of pairs: pixel convention, refusals, and even samples."""
 
 import json
 from collections import Counter

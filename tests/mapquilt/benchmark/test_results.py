@@ -77,7 +77,7 @@ def test_median_errors_are_those_of_right_answers():
     assert error_quantiles([evaluated(True, None)])["rotation_deg"] is None
 
 
-def test_missions_are_resampled_where_pairs_have_one():
+def test_missions_are_resampled_if_pairs_have_one():
     over = build_results(PAIRS, 0).strata[0].aggregate.over_missions
     assert set(over) == {"right", "true_accepts", "false_accepts"}
     assert over["false_accepts"] == Interval(0.0, 1.0)
@@ -85,7 +85,7 @@ def test_missions_are_resampled_where_pairs_have_one():
     assert aggregate(alone, alone, NEW_RNG).over_missions == {}
 
 
-def test_times_are_compared_with_plain_orb_where_it_ran():
+def test_times_are_compared_with_plain_orb_if_it_ran():
     seconds = (0.1, 0.2, 0.4)
     quick = [evaluated(True, GOOD, seconds=s) for s in seconds]
     slow = [evaluated(True, GOOD, method="quilt", seconds=4 * s) for s in seconds]
@@ -95,7 +95,7 @@ def test_times_are_compared_with_plain_orb_where_it_ran():
     assert build_results(slow, 0).strata[0].timing.ratio is None
 
 
-def test_the_words_of_the_table():
+def test_the_text_of_the_table():
     share = Share(38, 40, Interval(0.835, 0.986))
     assert share_text(share) == "95.0 (83.5 to 98.6)"
     assert share_text(share, Interval(0.9, 1.0)) == "95.0 (83.5 to 98.6) [90.0 to 100.0]"

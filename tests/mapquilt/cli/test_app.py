@@ -111,7 +111,7 @@ PAST_ALL = [
         (("simulate", "office", "--max-rotation", "200"), ("max-rotation", "200")),
         (("simulate", "office", "--max-offset", "inf"), ("--max-offset inf: must lie",)),
         (("sense", "no-such-run"), ("no-such-run",)),
-        *((("simulate", "office", option, value), (f"{option} {told}: must ",)) for option, value, told in PAST_ALL),
+        *((("simulate", "office", option, value), (f"{option} {shown}: must ",)) for option, value, shown in PAST_ALL),
     ],
 )
 def test_bad_settings_end_in_one_line_and_leave_nothing(capsys, tmp_path, monkeypatch, arguments, expected):
@@ -172,7 +172,7 @@ def test_a_picture_of_one_grey_is_bad_input(capsys, two_maps, tmp_path, grey, sa
     assert f"grey.png: every cell of the map is {says}" in refused(capsys, "merge", two_maps[0], tmp_path / "grey.png")
 
 
-def test_the_table_says_what_a_scale_is_of(capsys, two_maps, tmp_path):
+def test_the_table_states_the_direction_of_the_scale(capsys, two_maps, tmp_path):
     cv2.imwrite(str(tmp_path / "plain.png"), cv2.imread(str(tmp_path / "a.pgm"), cv2.IMREAD_GRAYSCALE))
     assert command("merge", *two_maps, tmp_path / "plain.png") == 0
     rows = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
@@ -187,7 +187,7 @@ def test_bad_scale_names_the_value(capsys, two_maps, scale):
 
 
 @pytest.mark.parametrize("option", ["--scale=1000:1000", "--noise=1e300", "--set=lidar.range_sigma=1e7", "--parts=99"])
-def test_a_setting_that_sense_refuses_is_told_by_its_option(capsys, merged_run, tmp_path, option):
+def test_a_setting_that_sense_refuses_is_named_by_its_option(capsys, merged_run, tmp_path, option):
     name = option.partition("=")[0]
     line = refused(capsys, "sense", merged_run, option, "--out", tmp_path / "run")
     assert line.startswith(f"mapquilt: {name} ")
@@ -195,7 +195,7 @@ def test_a_setting_that_sense_refuses_is_told_by_its_option(capsys, merged_run, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_fits_in_no_memory_is_told_in_one_line(capsys, monkeypatch, merged_run):
+def test_a_request_for_too_much_memory_is_refused_in_one_line(capsys, monkeypatch, merged_run):
     def huge(run):
         np.empty(2**58, np.uint8)
 
@@ -209,14 +209,14 @@ def test_unknown_method_lists_the_known_ones(capsys, two_maps):
     assert "sift" in line
 
 
-def test_a_method_answers_as_published_and_the_record_says_so(capsys, two_maps):
+def test_a_method_answers_as_published_and_the_record_names_it(capsys, two_maps):
     assert command("merge", *two_maps, "--method", "orb", "--as-published", "--json") in (0, 1)
     record = json.loads(capsys.readouterr().out)
     assert record["method"] == "orb as published"
     assert record["pairs"][0]["evidence"] is None
 
 
-def test_a_method_without_its_own_answer_is_told(capsys, two_maps):
+def test_a_method_without_an_own_answer_is_named(capsys, two_maps):
     assert "'quilt'" in refused(capsys, "merge", *two_maps, "--method", "quilt", "--as-published")
 
 
@@ -273,7 +273,7 @@ def test_json_is_all_that_is_printed_and_is_the_record_on_disk(capsys, two_maps,
     assert (answer["x"], answer["y"], answer["yaw"]) == pytest.approx((0, 0, 0), abs=0.01)
 
 
-def test_other_places_are_listed_when_asked_for(capsys, merged_run, tmp_path):
+def test_alternatives_are_listed_on_request(capsys, merged_run, tmp_path):
     maps = [merged_run / robot / "map.yaml" for robot in ("robot_0", "robot_1")]
     command("merge", *maps, "--scale", "free", "--out", tmp_path / "merged")
     assert "elsewhere" not in capsys.readouterr().out
@@ -288,8 +288,8 @@ def test_a_least_confidence_is_a_probability(capsys, two_maps, value):
 
 
 def test_a_method_as_published_decides_by_itself(capsys, two_maps):
-    told = refused(capsys, "merge", *two_maps, "--method", "orb", "--as-published", "--min-confidence", 0.9)
-    assert "--min-confidence 0.9" in told
+    message = refused(capsys, "merge", *two_maps, "--method", "orb", "--as-published", "--min-confidence", 0.9)
+    assert "--min-confidence 0.9" in message
 
 
 def test_names_are_printed_and_drawn_as_they_are(capsys, two_maps, tmp_path, monkeypatch):
@@ -304,7 +304,7 @@ def test_names_are_printed_and_drawn_as_they_are(capsys, two_maps, tmp_path, mon
     assert capsys.readouterr().out == "x[/b]/c.yaml: map\n"
 
 
-def test_shifting_an_origin_moves_the_metric_answer_alone(capsys, two_maps, tmp_path):
+def test_shifting_an_origin_moves_only_the_metric_answer(capsys, two_maps, tmp_path):
     assert command("merge", *two_maps, "--json") == 0
     before = json.loads(capsys.readouterr().out)["pairs"][0]
     moved = office_map()
@@ -318,7 +318,7 @@ def test_shifting_an_origin_moves_the_metric_answer_alone(capsys, two_maps, tmp_
     assert (answer["x"], answer["y"], answer["yaw"]) == pytest.approx((expected.x, expected.y, expected.yaw), abs=1e-6)
 
 
-def test_bare_pictures_merge_in_cells_with_the_scale_free(capsys, two_maps, tmp_path):
+def test_pictures_without_yaml_merge_in_cells_with_free_scale(capsys, two_maps, tmp_path):
     picture = cv2.imread(str(tmp_path / "a.pgm"), cv2.IMREAD_GRAYSCALE)
     larger = cv2.resize(picture, None, fx=1.5, fy=1.5, interpolation=cv2.INTER_NEAREST)
     turned = cv2.rotate(larger, cv2.ROTATE_90_CLOCKWISE)
@@ -356,7 +356,7 @@ def test_the_merged_map_lies_in_the_reference_frame(two_maps, tmp_path):
     assert merged.occupied[cells[inside, 0], cells[inside, 1]].mean() > 0.95
 
 
-def test_an_internal_error_is_status_70_and_says_so(capsys, monkeypatch, merged_run):
+def test_an_internal_error_has_status_70_and_a_message(capsys, monkeypatch, merged_run):
     def broken(run):
         raise RuntimeError("the moon is made of cheese")
 

@@ -1,4 +1,4 @@
-"""How the command starts and leaves: on a bare disk, interrupted early, and where nobody reads on."""
+"""Start and end of the command: without a cache, interrupted early, and with a closed pipe."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_an_interrupt_while_the_command_loads_is_quiet() -> None:
 
 
 @pytest.mark.parametrize("arguments", [("worlds", "list"), ("--help",), ("--version",)])
-def test_where_nobody_reads_on_the_command_leaves_quietly(arguments: tuple[str, ...]) -> None:
+def test_a_closed_pipe_ends_the_command_quietly(arguments: tuple[str, ...]) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     done = subprocess.run([*COMMAND, *arguments], cwd=ROOT, stdout=writer, stderr=subprocess.PIPE, check=False)
@@ -85,7 +85,7 @@ def test_where_nobody_reads_on_the_command_leaves_quietly(arguments: tuple[str, 
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("arguments", [("worlds", "list"), ("--help",), ("--version",)])
-def test_a_full_disk_under_standard_output_is_told_once_by_name(arguments: tuple[str, ...], unbuffered: str) -> None:
+def test_a_full_disk_of_standard_output_is_reported_once(arguments: tuple[str, ...], unbuffered: str) -> None:
     environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run(
@@ -94,7 +94,7 @@ def test_a_full_disk_under_standard_output_is_told_once_by_name(arguments: tuple
     assert (done.returncode, done.stderr) == (2, b"mapquilt: standard output: No space left on device\n")
 
 
-def test_what_only_some_commands_need_is_not_loaded_before_them() -> None:
+def test_libraries_of_some_commands_are_not_loaded_by_others() -> None:
     loaded = "import mapquilt.cli.app, sys; print(*(set(sys.argv[1:]) & set(sys.modules)))"
     late = ("scipy.stats", "scipy.optimize", "matplotlib", "jinja2", "dask", "pybullet")
     done = subprocess.run([sys.executable, "-c", loaded, *late], cwd=ROOT, capture_output=True, text=True, check=True)
@@ -114,7 +114,7 @@ def test_help_loads_no_verb() -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_of_the_table_loads_and_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_verb_loads_and_has_a_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([verb, "--help"]) == 0
     assert f"Usage: mapquilt {verb} " in capsys.readouterr().out
 

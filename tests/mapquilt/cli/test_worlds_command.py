@@ -1,4 +1,4 @@
-"""`mapquilt worlds` and places of the user's own: what they write, and what they refuse in one line."""
+"""`mapquilt worlds` and worlds of the user: files that they write, and refusals in one line."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_list_names_every_family_in_aligned_columns(capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.parametrize("ending", ["json", "yaml"])
-def test_a_world_that_was_made_is_the_world_bit_for_bit(tmp_path: Path, ending: str) -> None:
+def test_a_written_world_is_the_generated_one_bit_for_bit(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"maze.{ending}"
     assert run(["worlds", "make", "maze", "--seed", "4", "--width", "14", "--out", str(path)]) == 0
     made = make_world("maze", 4, width=14.0)
@@ -171,7 +171,7 @@ def test_plans_are_refused_with_what_is_wrong(tmp_path: Path, capsys: pytest.Cap
     assert "--width and --height" in refusal(capsys, "simulate", white, "--width", "5", *out)
 
 
-def test_what_is_no_world_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_anything_but_a_world_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text, laughs = tmp_path / "notes.txt", tmp_path / "laughs.yaml"
     text.write_text("no world")
     laughs.write_text("schema: mapquilt-world/1\nsize: &a [1, 1]\npolygons: [*a, *a]\n")

@@ -1,4 +1,4 @@
-"""`mapquilt convert`: each format read back, the source never replaced, and nothing half-written."""
+"""`mapquilt convert`: round trips of each format, the source is never replaced, nothing is half-written."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_from_pgm_to_png_and_back_is_the_same_file(source: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize("mode", ["scale", "raw"])
-def test_per_cent_survives_every_mode_that_can_hold_it(tmp_path: Path, mode: str) -> None:
+def test_occupancy_survives_every_mode_that_can_hold_it(tmp_path: Path, mode: str) -> None:
     save_map(a_grid(), tmp_path / "source", mode="raw")
     assert command("convert", tmp_path / "source.yaml", tmp_path / "out.yaml", "--mode", mode) == 0
     loaded = load_map(tmp_path / "out.yaml").grid
@@ -81,15 +81,15 @@ def test_a_grey_that_means_unknown(tmp_path: Path, capsys: pytest.CaptureFixture
     Image.fromarray(np.array([[205, 254, 0]], np.uint8)).save(tmp_path / "old.pgm")
     fields = "image: old.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n"
     (tmp_path / "old.yaml").write_text(fields + "occupied_thresh: 0.65\nfree_thresh: 0.25\n")
-    assert command("convert", tmp_path / "old.yaml", tmp_path / "believed.yaml") == 0
+    assert command("convert", tmp_path / "old.yaml", tmp_path / "older.yaml") == 0
     assert "old.yaml: grey 205" in capsys.readouterr().err
     assert command("convert", tmp_path / "old.yaml", tmp_path / "right.yaml", "--unknown", 205) == 0
     assert capsys.readouterr().err == ""
-    assert load_map(tmp_path / "believed.yaml").grid.occupancy().tolist() == [[0, 0, 100]]
+    assert load_map(tmp_path / "older.yaml").grid.occupancy().tolist() == [[0, 0, 100]]
     assert load_map(tmp_path / "right.yaml").grid.occupancy().tolist() == [[-1, 0, 100]]
 
 
-def test_merge_knows_the_grey_that_means_unknown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_merge_accepts_a_grey_that_means_unknown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("a", "b"):
         Image.fromarray(np.full((9, 9), 205, np.uint8)).save(tmp_path / f"{name}.pgm")
         fields = f"image: {name}.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n"
@@ -98,7 +98,7 @@ def test_merge_knows_the_grey_that_means_unknown(tmp_path: Path, capsys: pytest.
     assert "a.yaml: every cell of the map is unknown" in capsys.readouterr().err
 
 
-def test_a_bare_picture_gets_no_invented_resolution(
+def test_a_picture_without_yaml_gets_no_resolution(
     source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source.unlink()
@@ -117,14 +117,14 @@ def test_the_source_is_never_replaced(source: Path, tmp_path: Path, capsys: pyte
     assert hashes(tmp_path) == before
 
 
-def test_another_name_for_the_source_is_seen_through(
+def test_the_source_is_recognised_under_another_name(
     source: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "link").symlink_to(tmp_path)
     assert "would overwrite" in refused(capsys, source, tmp_path / "link/source.pgm")
 
 
-def test_a_link_is_written_through_to_a_map_that_loads(source: Path, tmp_path: Path) -> None:
+def test_a_link_is_followed_to_a_map_that_loads(source: Path, tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
     (tmp_path / "out.yaml").symlink_to("disk/office.yaml")
     assert command("convert", source, tmp_path / "out.yaml") == 0
@@ -215,7 +215,7 @@ def test_a_run_becomes_carmen_logs_with_the_true_poses(merged_run: Path, tmp_pat
             np.testing.assert_array_equal(readings[scan.returned], scan.ranges[scan.returned])
 
 
-def test_a_log_alone_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_path: Path) -> None:
+def test_a_single_log_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_path: Path) -> None:
     log = merged_run / "robot_1/log.npz"
     assert command("convert", log, tmp_path / "path.tum") == 0
     assert command("convert", log, tmp_path / "path.txt", "--to", "tum") == 0
@@ -259,7 +259,7 @@ def test_a_log_alone_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pat
         (("run/robot_0/log.npz", "no/out.tum"), "no: no such folder"),
     ],
 )
-def test_what_cannot_be_done_ends_in_one_line_and_leaves_nothing(
+def test_an_impossible_conversion_ends_in_one_line_and_writes_nothing(
     source: Path, merged_run: Path, tmp_path: Path, capsys, monkeypatch, arguments: tuple[str, ...], expected: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -284,7 +284,7 @@ def test_a_damaged_run_is_refused_by_the_files_name(fresh_run: Path, capsys, fil
 
 
 @pytest.mark.parametrize("file", ["robot_1/log.npz", "mission/robot_0.npz", "mission/world.json", "robot_0/map.yaml"])
-def test_a_run_that_lacks_a_file_is_refused_by_its_name(fresh_run: Path, capsys, file: str) -> None:
+def test_a_missing_file_of_a_run_is_named(fresh_run: Path, capsys, file: str) -> None:
     (fresh_run / file).unlink()
     assert f"{fresh_run / file}: " in refused(capsys, fresh_run, fresh_run.parent / "out", "--to", "rosbag")
     assert list(fresh_run.parent.iterdir()) == [fresh_run]
@@ -308,7 +308,9 @@ def test_a_robots_name_cannot_lead_out_of_the_folder(fresh_run: Path, capsys, na
     assert list(fresh_run.parent.iterdir()) == [fresh_run]
 
 
-def test_without_rosbags_the_way_to_get_it_is_told(merged_run: Path, tmp_path: Path, capsys, monkeypatch) -> None:
+def test_without_rosbags_the_message_says_how_to_install_it(
+    merged_run: Path, tmp_path: Path, capsys, monkeypatch
+) -> None:
     for name in [name for name in sys.modules if name.split(".")[0] == "rosbags"]:
         monkeypatch.delitem(sys.modules, name)
     for name in ("mapquilt.convert.ros_bag", "mapquilt.convert.ros_messages"):
@@ -319,7 +321,7 @@ def test_without_rosbags_the_way_to_get_it_is_told(merged_run: Path, tmp_path: P
     assert command("convert", merged_run, tmp_path / "tum", "--to", "tum") == 0  # the others need it not
 
 
-def test_an_empty_folder_is_taken(merged_run: Path, tmp_path: Path) -> None:
+def test_an_empty_folder_is_accepted(merged_run: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     assert command("convert", merged_run, tmp_path / "out", "--to", "tum") == 0
     assert len(hashes(tmp_path / "out")) == 4

@@ -1,4 +1,4 @@
-"""A run as a ROS 2 bag: read by two readers, and equal to the logs, the truth and the maps."""
+"""ROS 2 bag of a run, read by two libraries and compared with the logs, the truth and the maps."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_maps_and_static_transforms_are_latched(bag: Path) -> None:
             assert (quality.durability, quality.reliability) == (expected, QosReliability.RELIABLE)
 
 
-def test_the_ranges_are_where_the_message_definition_puts_them(bag: Path, robots: tuple[RunRobot, ...]) -> None:
+def test_the_ranges_are_at_the_offset_of_the_message_definition(bag: Path, robots: tuple[RunRobot, ...]) -> None:
     """A third reading of one scan, by hand: little-endian CDR, each number aligned to its own size."""
     with (bag / "bag.mcap").open("rb") as file:
         _, _, message = next(make_reader(file).iter_messages(topics=["/robot_0/scan"]))
@@ -227,7 +227,7 @@ def test_the_ranges_are_where_the_message_definition_puts_them(bag: Path, robots
 
 
 @pytest.mark.parametrize("stamp", [-1.0, -5.0, 2.0**31, 1e300])
-def test_a_stamp_that_ros_cannot_tell_is_refused(stamp: float) -> None:
+def test_a_stamp_beyond_ros_time_is_refused(stamp: float) -> None:
     with pytest.raises(ValueError, match="does not fit into ROS time"):
         ros_nanoseconds(stamp)
 

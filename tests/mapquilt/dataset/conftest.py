@@ -1,4 +1,4 @@
-"""A tiny data set, made once a worker."""
+"""A tiny data set, made once per worker."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def test_pairs_are_those_of_the_data_set(tiny):
         assert (pair.info.mission, pair.info.noise, pair.info.world) == (one.mission, one.noise, one.world)
 
 
-def test_a_split_is_run_and_missions_are_drawn_again(tiny, tmp_path):
+def test_a_split_is_run_and_missions_are_resampled(tiny, tmp_path):
     arguments = ("--dataset", tiny, "--method", "orb", "--pictures", 0)
     assert command("benchmark", *arguments, "--out", tmp_path / "all") == 0
     assert command("benchmark", *arguments, "--split", "test", "--out", tmp_path / "test") == 0

@@ -1,4 +1,4 @@
-"""Making data sets: the same bytes by any way of making them, and nothing lost whatever stops it."""
+"""Making of data sets: the same bytes with any workers and after any interruption."""
 
 import json
 import os
@@ -53,7 +53,7 @@ def test_making_a_finished_data_set_again_changes_nothing(tiny, spec_file, tmp_p
     assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == stamps
 
 
-def test_killed_at_twenty_random_instants_it_ends_the_same_to_the_byte(tiny, spec_file, tmp_path):
+def test_a_data_set_killed_at_twenty_random_instants_ends_the_same_to_the_byte(tiny, spec_file, tmp_path):
     """Each attempt is killed, with its workers' pipes open, somewhere between its start and its end."""
     instants = random.Random(20)
     start = time.monotonic()
@@ -75,8 +75,8 @@ def test_killed_at_twenty_random_instants_it_ends_the_same_to_the_byte(tiny, spe
     assert hashes(out) == hashes(tiny)
 
 
-def test_any_cut_of_the_journal_and_any_lost_sample_ends_the_same(tiny, spec_file, tmp_path):
-    """What a kill, or a disk that lost its last writes, can leave: a journal cut anywhere, folders missing."""
+def test_a_truncated_journal_and_lost_samples_end_the_same(tiny, spec_file, tmp_path):
+    """After a kill or a lost write, the journal may be truncated anywhere, and folders may be missing."""
     manifest = read_manifest(tiny)
     lines = [
         {
@@ -98,7 +98,7 @@ def test_any_cut_of_the_journal_and_any_lost_sample_ends_the_same(tiny, spec_fil
         assert hashes(out) == hashes(tiny)
 
 
-def test_an_interrupt_says_how_to_go_on(spec_file, tmp_path):
+def test_an_interrupt_says_how_to_continue(spec_file, tmp_path):
     process = subprocess.Popen(
         make(spec_file, tmp_path / "data", 2),
         stderr=subprocess.PIPE,
@@ -129,7 +129,7 @@ def test_another_specification_or_a_foreign_folder_is_refused(tiny, spec_file, t
     assert "not empty" in refused(capsys, "dataset", "make", other, "--out", tmp_path / "mine")
 
 
-def test_two_at_once_in_one_folder_are_refused(spec_file, tmp_path, capsys):
+def test_two_processes_in_one_folder_are_refused(spec_file, tmp_path, capsys):
     out = tmp_path / "data"
     process = subprocess.Popen(make(spec_file, out))
     while not (out / ".lock").exists():
@@ -167,7 +167,7 @@ def test_a_full_disk_damages_nothing(tiny, spec_file, tmp_path):
     assert hashes(tmp_path / "data") == hashes(tiny)
 
 
-def test_a_failing_sample_is_recorded_and_stops_nothing(tmp_path):
+def test_a_failing_sample_is_recorded_and_the_others_are_made(tmp_path):
     spec = tmp_path / "spec.yaml"
     spec.write_text(
         "name: some-fail\nmissions:\n"
@@ -183,7 +183,7 @@ def test_a_failing_sample_is_recorded_and_stops_nothing(tmp_path):
     assert len(manifest.samples) == 3
 
 
-def test_an_answer_in_a_sample_is_no_fault_of_the_data_set(tiny, tmp_path, capsys):
+def test_a_merge_in_a_sample_is_not_reported_by_verify(tiny, tmp_path, capsys):
     copy = tmp_path / "copy"
     shutil.copytree(tiny, copy)
     sample = sorted((copy / "samples").iterdir())[0]
@@ -196,7 +196,7 @@ def test_an_answer_in_a_sample_is_no_fault_of_the_data_set(tiny, tmp_path, capsy
     assert "missions/merge.json: is in no record" in capsys.readouterr().out
 
 
-def test_verify_finds_what_changed(tiny, tmp_path, capsys):
+def test_verify_finds_changed_files(tiny, tmp_path, capsys):
     copy = shutil.copytree(tiny, tmp_path / "copy")
     assert command("dataset", "verify", copy) == 0
     (copy / "samples/000000/robot_0/map.pgm").unlink()
@@ -216,7 +216,7 @@ def test_the_manifest_names_no_time_host_or_path(tiny):
     assert not any(path.name == "timings.json" for path in tiny.rglob("*"))
 
 
-def test_samples_are_runs_that_every_command_takes(tiny, tmp_path):
+def test_samples_are_runs_for_every_command(tiny, tmp_path):
     copy = shutil.copytree(tiny, tmp_path / "copy")
     sample = copy / "samples/000001"
     assert command("merge", sample) in (0, 1)
@@ -289,7 +289,7 @@ def test_init_writes_a_specification_that_loads(tmp_path, capsys):
     assert "exists" in refused(capsys, "dataset", "init", path)
 
 
-def test_loader_gives_typed_lazy_samples_and_pairs(tiny):
+def test_the_loader_gives_typed_lazy_samples_and_pairs(tiny):
     data = mapquilt.load_dataset(tiny)
     train, test = (mapquilt.load_dataset(tiny, split=split) for split in ("train", "test"))
     assert len(data.samples) == len(train.samples) + len(test.samples) == 6
@@ -330,7 +330,7 @@ def test_a_data_set_of_the_first_schemas_is_read_with_the_new_names(tiny, tmp_pa
     assert mapquilt.load_dataset(old).samples[0].truth() == mapquilt.load_dataset(tiny).samples[0].truth()
 
 
-def test_a_torch_style_dataset_takes_five_lines(tiny):
+def test_a_torch_style_dataset_needs_five_lines(tiny):
     class Pairs:
         def __init__(self, folder, split):
             self.pairs = mapquilt.load_dataset(folder, split).pairs
@@ -347,7 +347,7 @@ def test_a_torch_style_dataset_takes_five_lines(tiny):
     assert pairs[0][0].dtype == np.int8
 
 
-def test_unknown_split_lists_those_there_are(tiny):
+def test_an_unknown_split_lists_the_known_ones(tiny):
     with pytest.raises(ValueError, match="test, train"):
         mapquilt.load_dataset(tiny, "exam")
 
@@ -367,7 +367,7 @@ def test_pairs_are_of_different_robots(tiny):
         assert len(sample["pairs"]) == sample["settings"]["parts"] ** 2
 
 
-def test_groups_are_functions_of_their_plan_alone():
+def test_groups_depend_on_their_plan_alone():
     plan = plan_dataset(load_spec("smoke")).missions[0]
     short = plan.__class__(
         plan.index, plan.missions.model_copy(update={"duration": 2.0}), plan.seed, plan.split, plan.samples

@@ -1,4 +1,4 @@
-"""Executors: a worker that dies loses nothing, and gives up after three times."""
+"""Executors: a dead worker loses no task, and a task that kills workers fails after three tries."""
 
 import json
 import os
@@ -48,13 +48,13 @@ def test_results_come_in_the_order_of_their_tasks(processes):
     assert steps == [(done, 20) for done in range(1, 21)]
 
 
-def test_a_worker_that_dies_is_replaced_and_its_work_done(tmp_path):
+def test_a_dead_worker_is_replaced_and_its_task_done(tmp_path):
     paths = [tmp_path / str(k) for k in range(2)]
     with pool(1) as runner:
         assert dict(runner.completed(die_once, paths)) == dict.fromkeys(paths, "alive")
 
 
-def test_work_that_kills_its_worker_is_given_up_after_three_times():
+def test_a_task_that_kills_its_worker_fails_after_three_tries():
     with pool(1) as runner:
         ((task, error),) = runner.completed(always_die, [7])
     assert task == 7
@@ -74,7 +74,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.parametrize("preload", [(), ("json",)])
-def test_workers_die_with_their_parent_however_it_dies(preload, tmp_path):
+def test_workers_die_with_their_parent(preload, tmp_path):
     script = tmp_path / "parent.py"
     script.write_text(PARENT.format(preload=preload))
     parent = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
@@ -97,7 +97,7 @@ def test_errors_come_with_their_task(start):
             runner.run(fail, [1])
 
 
-def test_no_workers_are_refused():
+def test_zero_workers_are_refused():
     with pytest.raises(ValueError, match="workers is 0, must be at least 1"):
         Workers(0)
 

@@ -1,4 +1,4 @@
-"""Quality of a merged map: known answers, whatever frame the map lies in."""
+"""Quality of a merged map: known answers, in any frame."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_wall_may_lie_two_cells_off(cells, f1):
     assert map_quality(room(cells), Similarity2.identity(), room()).f1_walls == pytest.approx(f1)
 
 
-def test_a_wall_three_cells_off_is_no_wall_there():
+def test_a_wall_three_cells_off_does_not_count():
     found = map_quality(room(3), Similarity2.identity(), room())
     along, across = 2 * 60, 2 * 38
     assert found.precision_walls == pytest.approx((along - 1 * 2) / (along + across), abs=0.03)
@@ -62,7 +62,7 @@ def test_cells_outside_the_true_raster_count_against_the_map():
     assert (far.iou_free, far.f1_walls) == (0.0, 0.0)
 
 
-def test_a_map_of_half_of_it_has_half_the_recall():
+def test_a_map_of_one_half_has_half_the_recall():
     half = np.array(room().log_odds)
     half[:, 50:] = 0.0
     found = map_quality(OccupancyGrid(room().frame, half), Similarity2.identity(), room())
@@ -86,7 +86,7 @@ def test_cells_outside_the_observed_part_count_against_the_map():
 
 
 @pytest.mark.parametrize("pose", [Similarity2(), Similarity2(3.0, -2.0, np.pi / 2, 2.0), Similarity2(-1.0, 4.0, np.pi)])
-def test_alignment_finds_the_place_of_a_perfect_merge(pose):
+def test_alignment_finds_the_transform_of_a_perfect_merge(pose):
     there = pose.inverse()
     frame = GridFrame(0.05 / pose.scale, SE2(there.x, there.y, there.yaw), (60, 100))
     maps = MapSet(("a",), (OccupancyGrid(frame, room().log_odds),), ("m",))

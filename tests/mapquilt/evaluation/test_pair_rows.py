@@ -1,4 +1,4 @@
-"""Rows of evaluated pairs: nothing is lost on the way, and rows of version 1 are still read."""
+"""Rows of evaluated pairs: exact round trips, and rows of version 1 are still read."""
 
 from __future__ import annotations
 

@@ -36,15 +36,15 @@ def test_one_mission_has_no_interval():
     assert mean_over_clusters([True, False], ["m", "m"], np.random.default_rng(0)) is None
 
 
-def test_the_ratio_of_medians_of_a_fixed_multiple_is_sure():
+def test_the_ratio_of_medians_of_a_fixed_multiple_is_exact():
     seconds = np.random.default_rng(1).uniform(1, 9, 31)
     ratio, interval = ratio_of_medians(3.0 * seconds, seconds, np.random.default_rng(0))
     assert ratio == pytest.approx(3.0)
     assert (interval.low, interval.high) == pytest.approx((3.0, 3.0))
 
 
-def test_clusters_are_drawn_again_whole():
-    """Of ten clusters four are of another world: how often those are drawn changes much."""
+def test_clusters_are_resampled_as_a_whole():
+    """Four of ten clusters are of another world, so the interval depends on how often they are drawn."""
     rng = np.random.default_rng(2)
     below = [rng.uniform(1, 2, 20) for _ in range(10)]
     ratio, interval = ratio_of_medians_over_clusters([0.5 * b for b in below], below, rng)

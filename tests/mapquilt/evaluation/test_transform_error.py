@@ -52,13 +52,13 @@ def test_half_the_scale_is_fifty_percent_not_a_hundred():
     assert error.scale_percent == pytest.approx(50.0)
 
 
-def test_rotation_error_goes_the_short_way_round():
+def test_the_rotation_error_takes_the_shorter_way():
     error = transform_error(full_grid(), full_grid(), Similarity2(yaw=math.pi - 0.01), Similarity2(yaw=-math.pi + 0.01))
     assert error.rotation_deg == pytest.approx(math.degrees(0.02))
 
 
 def test_displacement_is_that_of_common_cells_not_of_origins():
-    """A turn about the centre of the common cells moves the origin of a far map by metres, its cells by little."""
+    """A rotation about the centre of the common cells moves a far origin by metres, but the cells little."""
     source = full_grid(10, 10, 0.05, origin=(100.0, 100.0))
     target = full_grid(10, 10, 0.05, origin=(100.0, 100.0))
     centre = Similarity2(100.25, 100.25)
@@ -67,7 +67,7 @@ def test_displacement_is_that_of_common_cells_not_of_origins():
     assert transform_error(target, source, Similarity2(), turned).displacement_m < 0.005
 
 
-def test_only_cells_that_both_know_count_and_the_known_box_is_the_measure():
+def test_only_common_cells_count_relative_to_the_known_diagonal():
     """A growth about the origin moves each cell by a tenth of its distance; the target knows a box of 3 x 4 cells."""
     known = np.zeros((50, 50), np.float32)
     known[6:9, 8:12] = -1.0
@@ -94,7 +94,7 @@ def test_moving_the_target_frame_does_not_move_the_score(x, y):
     assert again.rotation_deg == pytest.approx(plain.rotation_deg)
 
 
-def test_criteria_are_those_of_the_design():
+def test_criteria_have_the_documented_values():
     assert (RIGHT.rotation_deg, RIGHT.scale_percent, RIGHT.displacement_of_diagonal) == (2.0, 3.0, 0.015)
     assert (THESIS.rotation_deg, THESIS.scale_percent, THESIS.displacement_cells) == (5.0, 5.0, 10.0)
 
@@ -108,7 +108,7 @@ def test_a_normalised_error_by_hand():
     assert normalised_error(truth, answer, covariance) == pytest.approx(6.0)
 
 
-def test_errors_drawn_from_a_covariance_have_as_many_squares_as_parameters():
+def test_errors_drawn_from_a_covariance_have_a_mean_square_equal_to_the_number_of_parameters():
     rng = np.random.default_rng(0)
     root = rng.standard_normal((4, 4)) * np.array([[3.0], [2.0], [1e-3], [1e-2]])
     truth = Similarity2(5.0, -3.0, 0.4, 1.3)

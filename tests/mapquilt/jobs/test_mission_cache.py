@@ -1,4 +1,4 @@
-"""Missions are simulated once, whoever asks, and an entry that is not as it was written is made again."""
+"""Mission cache: each mission is simulated once, and damaged entries are simulated again."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def entry(folder: Path) -> Path:
     return found
 
 
-def test_a_mission_is_simulated_once_and_comes_back_as_it_was(folder, monkeypatch):
+def test_a_mission_is_simulated_once_and_read_back_unchanged(folder, monkeypatch):
     def refuse(*arguments: object, **options: object) -> None:
         raise AssertionError("simulated again")
 
@@ -56,7 +56,7 @@ def test_a_mission_is_simulated_once_and_comes_back_as_it_was(folder, monkeypatc
     assert_equal_missions(kept.mission, simulate(WORLD, SETTINGS, 5)[0])
 
 
-def test_the_key_tells_apart_all_that_a_mission_depends_on():
+def test_the_key_depends_on_every_input_of_a_mission():
     longer = MissionSettings(robots=1, duration=1.5)
     other_lidar = dataclasses.replace(SETTINGS.robots[0], lidar=dataclasses.replace(SETTINGS.robots[0].lidar, rate=5.0))
     keys = [
@@ -73,7 +73,7 @@ def test_the_key_tells_apart_all_that_a_mission_depends_on():
 
 
 @pytest.mark.parametrize("name", ["robot_0.npz", "mission.json", "hashes.json"])
-def test_a_damaged_entry_is_named_and_made_again(folder, name):
+def test_a_damaged_entry_is_reported_and_simulated_again(folder, name):
     path = entry(folder) / name
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
@@ -84,7 +84,7 @@ def test_a_damaged_entry_is_named_and_made_again(folder, name):
     assert MissionCache(folder).mission(WORLD, SETTINGS, 5).found
 
 
-def test_a_missing_file_and_what_a_killed_process_left_are_made_good(folder):
+def test_missing_and_partial_files_are_replaced(folder):
     (entry(folder) / "robot_0.npz").unlink()
     left = folder / f".{entry(folder).name}.0123abcd.part"
     left.mkdir()
@@ -98,7 +98,7 @@ def _want(folder: Path, results: multiprocessing.Queue[bool]) -> None:
     results.put(MissionCache(folder).mission(WORLD, SETTINGS, 5).found)
 
 
-def test_of_processes_that_want_the_same_mission_one_simulates_it(tmp_path):
+def test_one_of_several_processes_simulates_a_mission(tmp_path):
     context = multiprocessing.get_context("fork")
     results: multiprocessing.Queue[bool] = context.Queue()
     workers = [context.Process(target=_want, args=(tmp_path / "new", results)) for _ in range(3)]
@@ -110,7 +110,7 @@ def test_of_processes_that_want_the_same_mission_one_simulates_it(tmp_path):
     assert found == [False, True, True]
 
 
-def test_what_is_no_cache_is_refused(tmp_path):
+def test_a_folder_that_is_not_a_cache_is_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match="no cache of missions"):
         MissionCache(tmp_path)
@@ -125,7 +125,7 @@ def test_what_is_no_cache_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_an_edit_anywhere_below_a_room_changes_the_key(room, tmp_path):
+def test_an_edit_anywhere_below_a_package_changes_the_key(room, tmp_path):
     """A mission simulated by older code is another mission, however deep the edited file lies."""
     copy = shutil.copytree(Path(__file__).parents[3] / room, tmp_path / room)
     before = code_digest(copy)

@@ -1,4 +1,4 @@
-"""Progress is told on a terminal, to the end, and nowhere else."""
+"""Progress is shown on a terminal only, and to the end."""
 
 import os
 import pty
@@ -32,7 +32,7 @@ def _read(terminal):
         return b""
 
 
-def test_both_halves_of_simulate_and_all_of_sense_are_told_to_the_end(tmp_path):
+def test_progress_of_simulate_and_sense_is_shown_to_the_end(tmp_path):
     place = ("office", "--robots", 1, "--duration", 1, "--seed", 3, "--out", tmp_path / "run")
     said = on_terminal("simulate", *place)
     assert re.search(r"simulating .* 1/1 s", said)
@@ -40,7 +40,7 @@ def test_both_halves_of_simulate_and_all_of_sense_are_told_to_the_end(tmp_path):
     assert re.search(r"mapping .* 6/6", on_terminal("sense", tmp_path / "run", "--parts", 2, "--out", tmp_path / "two"))
 
 
-def test_steps_are_told_one_by_one(merged_run, tmp_path):
-    told = []
-    sense_run(merged_run, tmp_path / "again", SampleSettings(), lambda done, total: told.append((done, total)))
-    assert told == [(done, 6) for done in range(7)]
+def test_steps_are_reported_one_by_one(merged_run, tmp_path):
+    reported = []
+    sense_run(merged_run, tmp_path / "again", SampleSettings(), lambda done, total: reported.append((done, total)))
+    assert reported == [(done, 6) for done in range(7)]

@@ -23,7 +23,7 @@ FLAT = (0.0, 0.0, 0.0)
 
 
 def moving(storage: str) -> Messages:
-    """A robot that drives along y at 1 m/s, told by tf alone, with a lidar on a mast."""
+    """A robot that drives along y at 1 m/s, known from tf alone, with a lidar on a mast."""
     bag = Messages(storage)
     bag.transform("/tf_static", 10.0, "mast", "lidar", (0.1, 0.0, 0.2, 0.0, 0.0, 0.5))
     bag.transform("/tf_static", 10.0, "base", "mast", (0.0, 0.2, 1.0, *FLAT))
@@ -84,7 +84,7 @@ def test_a_lidar_without_transform_counts_as_the_base(tmp_path: Path) -> None:
     assert read.warnings == ("no transform from base to lidar: the lidar counts as the base",)
 
 
-def test_beams_of_a_lidar_upside_down_end_where_space_says(tmp_path: Path) -> None:
+def test_beams_of_an_upside_down_lidar_have_the_right_endpoints(tmp_path: Path) -> None:
     bag = Messages("mcap")
     bag.transform("/tf_static", 1.0, "base", "lidar", (0.1, 0.2, 0.5, math.pi, 0.0, 0.7))
     bag.scan("/scan", 1.0, (1.0, 2.0, 3.0), angle_min=-0.2)

@@ -31,8 +31,8 @@ STEPS = [
 @pytest.fixture(scope="module")
 def two_maps(tmp_path_factory):
     folder = tmp_path_factory.mktemp("maps")
-    for name, chart in zip("ab", crisp_pair()[:2], strict=True):
-        save_map(chart.grid, folder / name)
+    for name, prepared in zip("ab", crisp_pair()[:2], strict=True):
+        save_map(prepared.grid, folder / name)
     return folder / "a.yaml", folder / "b.yaml"
 
 
@@ -54,47 +54,47 @@ def test_every_step_of_every_map_is_a_picture(debug):
     assert (debug / "steps.png").stat().st_size > 10_000
 
 
-def test_the_numbers_say_how_the_maps_lie(debug):
+def test_the_numbers_describe_the_alignment(debug):
     record = json.loads((debug / "steps.json").read_text(encoding="utf-8"))
     a, b = record["maps"]
     assert a["turned"]
     assert b["turned"]
     (pair,) = record["pairs"]
     best = pair["quarters"][0]
-    # Directions are told in pictures, v down: their sign is the other one.
+    # Directions are in pictures, v down: their sign is the other one.
     off = (b["direction_deg"] - a["direction_deg"] - best["yaw_deg"] + 45.0) % 90.0 - 45.0
     assert abs(off) < 0.6
     assert best["index"] > 0.95
     assert all(quarter["index"] < best["index"] for quarter in pair["quarters"][1:])
 
 
-def test_the_same_call_gives_the_same_bytes_and_replaces_its_own(debug, two_maps):
+def test_the_same_call_gives_the_same_bytes_and_replaces_its_output(debug, two_maps):
     before = {path.relative_to(debug): path.read_bytes() for path in debug.rglob("*") if path.is_file()}
     assert command("merge", *two_maps, "--method", "morphology", "--debug", debug) == 0
     assert {path.relative_to(debug): path.read_bytes() for path in debug.rglob("*") if path.is_file()} == before
 
 
-def test_a_map_without_a_main_direction_is_told_of(tmp_path, capfd):
+def test_a_map_without_a_main_direction_gives_a_warning(tmp_path, capfd):
     rows, cols = np.mgrid[0:160, 0:160] - 80
     ring = np.abs(np.hypot(rows, cols) - 60.0)
     for name in ("a", "b"):
         cells = np.where(ring < 2.0, 1.0, np.where(np.hypot(rows, cols) < 60.0, -1.0, 0.0)).astype(np.float32)
         save_map(OccupancyGrid(GridFrame(0.05, SE2(), cells.shape), cells), tmp_path / name)
     assert command("merge", tmp_path / "a.yaml", tmp_path / "b.yaml", "--method", "morphology") in (0, 1)
-    told = capfd.readouterr().err
-    assert "warning: a: no main direction (sharpness" in told
-    assert "not turned" in told
+    printed = capfd.readouterr().err
+    assert "warning: a: no main direction (sharpness" in printed
+    assert "not rotated" in printed
 
 
-def test_only_this_method_has_steps_to_show(two_maps, tmp_path, capfd):
+def test_other_methods_have_no_steps(two_maps, tmp_path, capfd):
     out = tmp_path / "steps"
-    told = refused(capfd, "merge", *map(str, two_maps), "--debug", str(out))
-    assert told == f"mapquilt: --debug {out}: only --method morphology has steps to show, not quilt"
+    printed = refused(capfd, "merge", *map(str, two_maps), "--debug", str(out))
+    assert printed == f"mapquilt: --debug {out}: only --method morphology has steps to show, not quilt"
     assert not out.exists()
 
 
-def test_a_foreign_folder_is_left_alone(two_maps, tmp_path, capfd):
+def test_a_foreign_folder_is_refused(two_maps, tmp_path, capfd):
     (tmp_path / "dear.txt").write_text("hello", encoding="utf-8")
-    told = refused(capfd, "merge", *map(str, two_maps), "--method", "morphology", "--debug", str(tmp_path))
-    assert "refusing to replace it" in told
+    printed = refused(capfd, "merge", *map(str, two_maps), "--method", "morphology", "--debug", str(tmp_path))
+    assert "refusing to replace it" in printed
     assert [path.name for path in tmp_path.iterdir()] == ["dear.txt"]

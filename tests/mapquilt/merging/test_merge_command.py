@@ -1,4 +1,4 @@
-"""What `mapquilt merge` can be told about a team, and what it leaves of that."""
+"""Options of `mapquilt merge` for teams, and their records."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def record(folder: Path) -> dict:
     return json.loads((folder / "merge.json").read_text())
 
 
-def test_adding_a_map_gives_what_merging_all_gives_without_matching_the_others_again(
+def test_adding_a_map_equals_merging_all_and_matches_only_new_pairs(
     maps_of_three: list[Path], merged_two: Path, tmp_path: Path, monkeypatch
 ) -> None:
     matched = []
@@ -96,7 +96,7 @@ def test_a_run_takes_another_map_and_is_scored_on_its_own(fresh_run: Path, tmp_p
     assert not (fresh_run / "inputs").exists() or not list((fresh_run / "inputs").iterdir())
 
 
-def test_what_cannot_be_added_to_is_told(capsys, tmp_path: Path, maps_of_three: list[Path]) -> None:
+def test_adding_to_anything_but_a_merge_is_refused(capsys, tmp_path: Path, maps_of_three: list[Path]) -> None:
     (tmp_path / "empty").mkdir()
     line = refused(capsys, "merge", tmp_path / "empty", "--add", maps_of_three[0])
     assert f"{tmp_path / 'empty'}: holds no merge to add to" in line
@@ -116,16 +116,16 @@ def test_what_cannot_be_added_to_is_told(capsys, tmp_path: Path, maps_of_three: 
         (("--workers", "0"), "0"),
     ],
 )
-def test_bad_options_are_told_in_one_line(capsys, maps_of_three: list[Path], option, says: str) -> None:
+def test_bad_options_are_refused_in_one_line(capsys, maps_of_three: list[Path], option, says: str) -> None:
     assert says in refused(capsys, "merge", *maps_of_three[:2], *option)
 
 
-def test_reference_fusion_and_priors_are_heeded_and_recorded(maps_of_three: list[Path], tmp_path: Path) -> None:
+def test_reference_fusion_and_priors_are_used_and_recorded(maps_of_three: list[Path], tmp_path: Path) -> None:
     options = ("--reference", "b", "--fusion", "max", "--prior", "a:0,0,-0.5,20")
     assert command("merge", *maps_of_three[:2], *options, "--out", tmp_path / "out") == 0
-    told = record(tmp_path / "out")
-    assert (told["reference"], told["fusion"]) == ("b", "max")
-    assert told["priors"] == [{"name": "a", "x": 0.0, "y": 0.0, "yaw": -0.5, "sigma": 20.0}]
+    merged = record(tmp_path / "out")
+    assert (merged["reference"], merged["fusion"]) == ("b", "max")
+    assert merged["priors"] == [{"name": "a", "x": 0.0, "y": 0.0, "yaw": -0.5, "sigma": 20.0}]
 
 
 def test_workers_write_the_same_bytes(maps_of_three: list[Path], tmp_path: Path) -> None:
@@ -134,7 +134,7 @@ def test_workers_write_the_same_bytes(maps_of_three: list[Path], tmp_path: Path)
     assert hashes(tmp_path / "1") == hashes(tmp_path / "2")
 
 
-def test_the_published_transform_lays_a_map_where_the_merge_does(maps_of_three: list[Path], merged_two: Path) -> None:
+def test_the_published_transform_is_that_of_the_merge(maps_of_three: list[Path], merged_two: Path) -> None:
     (group,) = yaml.safe_load((merged_two / "transforms.yaml").read_text())["groups"]
     lines = [entry.get("static_transform_publisher") for entry in group["maps"]]
     assert sum(line is None for line in lines) == 1
@@ -153,8 +153,8 @@ def test_a_map_of_another_scale_is_published_in_the_metres_of_the_reference() ->
     maps = MapSet(("a", "b"), (grid, grid), ("m", "m"))
     place = Similarity2(1.0, -2.0, 0.5, 2.0)
     group = MergedGroup("a", {"a": Similarity2(), "b": place}, grid, grid)
-    (told,) = yaml.safe_load(transforms_text(maps, MergeResult(maps.names, (), (group,))))["groups"]
-    served = told["maps"][1]["publish_with"]
+    (entry,) = yaml.safe_load(transforms_text(maps, MergeResult(maps.names, (), (group,))))["groups"]
+    served = entry["maps"][1]["publish_with"]
     corner = np.array([grid.frame.origin.x, grid.frame.origin.y])
     rigid = Similarity2(place.x, place.y, place.yaw)
     np.testing.assert_allclose(rigid.apply(np.array(served["origin"][:2])), place.apply(corner), atol=1e-9)

@@ -1,4 +1,4 @@
-"""Where `mapquilt merge` writes: all of an answer or nothing, and never over what is not its own."""
+"""Output of `mapquilt merge`: all files or none, and never over foreign files."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def test_a_stage_that_cannot_write_all_changes_nothing(fresh_run: Path, stage: s
     assert hashes(fresh_run, but=()) == before
 
 
-def test_a_new_merge_takes_the_score_of_the_old_one_away(fresh_run: Path) -> None:
+def test_a_new_merge_deletes_the_score_of_the_old_one(fresh_run: Path) -> None:
     before = hashes(fresh_run, but=("timings.json", "score.json", "overview.png"))
     assert command("merge", fresh_run) in (0, 1)
     assert hashes(fresh_run) == before
     assert {"simulate", "sense", "merge", "score"} < set(json.loads((fresh_run / "timings.json").read_text()))
 
 
-def test_an_answer_never_lands_in_a_run_that_took_the_place_of_the_one_merged(fresh_run: Path) -> None:
+def test_a_merge_is_not_written_into_a_replaced_run(fresh_run: Path) -> None:
     def replace(_done: int, _total: int) -> None:
         sense_run(fresh_run, fresh_run, SampleSettings(seed=99))
 
@@ -65,7 +65,7 @@ def test_an_answer_never_lands_in_a_run_that_took_the_place_of_the_one_merged(fr
     "text", ["null", "[]", "3", "{}", '{"unit": "s", "merge": 3}', '{"unit": "s", "merge": {"a": "b"}}']
 )
 @pytest.mark.parametrize("stage", ["merge", "score"])
-def test_broken_timings_are_told_before_anything_is_done(fresh_run: Path, capsys, text: str, stage: str) -> None:
+def test_damaged_timings_are_reported_before_the_merge(fresh_run: Path, capsys, text: str, stage: str) -> None:
     (fresh_run / "timings.json").write_text(text)
     before = hashes(fresh_run, but=())
     assert f"{fresh_run / 'timings.json'}: " in refused(capsys, stage, fresh_run)
@@ -89,7 +89,7 @@ def test_an_older_merge_is_replaced(two_maps: tuple[Path, Path], tmp_path: Path)
 
 
 @pytest.mark.parametrize("link", [False, True])
-def test_a_merge_never_replaces_what_it_reads(two_maps: tuple[Path, Path], tmp_path: Path, capsys, link: bool) -> None:
+def test_a_merge_never_replaces_its_inputs(two_maps: tuple[Path, Path], tmp_path: Path, capsys, link: bool) -> None:
     out = tmp_path / "merged"
     assert command("merge", *two_maps, "--out", out) == 0
     capsys.readouterr()
@@ -103,7 +103,7 @@ def test_a_merge_never_replaces_what_it_reads(two_maps: tuple[Path, Path], tmp_p
     assert {path: each for path, each in hashes(tmp_path).items() if "link" not in path} == before
 
 
-def test_a_merge_never_replaces_a_run_or_what_is_not_its_own(
+def test_a_merge_never_replaces_a_run_or_foreign_files(
     two_maps: tuple[Path, Path], fresh_run: Path, tmp_path: Path, capsys
 ) -> None:
     (tmp_path / "thesis").mkdir()
@@ -117,7 +117,7 @@ def test_a_merge_never_replaces_a_run_or_what_is_not_its_own(
 
 
 @pytest.mark.parametrize("verb", ["merge", "sense", "simulate"])
-def test_nothing_is_written_into_a_run_or_a_merge_that_would_take_it_along(
+def test_nothing_is_written_inside_another_run_or_merge(
     two_maps: tuple[Path, Path], fresh_run: Path, tmp_path: Path, capsys, verb: str
 ) -> None:
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
@@ -132,15 +132,13 @@ def test_nothing_is_written_into_a_run_or_a_merge_that_would_take_it_along(
     assert hashes(tmp_path, but=()) == before
 
 
-def test_a_file_of_another_program_that_is_called_as_a_record_makes_no_run(
-    two_maps: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_a_foreign_file_with_the_name_of_a_record_makes_no_run(two_maps: tuple[Path, Path], tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text('{"their": "own"}')
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
 
 
 @pytest.mark.parametrize("verb", ["merge", "sense", "simulate"])
-def test_an_empty_name_is_no_folder(
+def test_an_empty_folder_name_is_refused(
     two_maps: tuple[Path, Path], merged_run: Path, tmp_path: Path, capsys, monkeypatch, verb: str
 ) -> None:
     (tmp_path / "empty").mkdir()

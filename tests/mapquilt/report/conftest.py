@@ -1,4 +1,4 @@
-"""One folder of each kind that a report can be of, and a headless Chromium."""
+"""One folder of each kind for the report, and a headless Chromium."""
 
 from __future__ import annotations
 

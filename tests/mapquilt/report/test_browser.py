@@ -1,4 +1,4 @@
-"""The report in a real browser: no word on the console, the table sorts and filters, the slider moves the overlay."""
+"""The report in a browser: no console messages, sorting and filtering of the table, slider of the overlay."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_column_sorts_up_and_down(study):
     assert up != down
 
 
-def test_filters_choose_rows_and_say_how_many(study):
+def test_filters_select_rows_and_show_their_number(study):
     every = len(rows(study))
     Select(study.find_element(By.NAME, "method")).select_by_visible_text("orb")
     assert set(column(study, "method")) == {"orb"}
@@ -113,7 +113,7 @@ def test_the_slider_moves_the_overlay(study):
         assert image.get_attribute("alt")
 
 
-def test_the_keyboard_walks_through_the_pairs_and_out(study):
+def test_pairs_can_be_browsed_by_keyboard(study):
     first = rows(study)[0].find_element(By.CSS_SELECTOR, "button.open")
     first.send_keys(Keys.ENTER)
     title = study.find_element(By.ID, "pair-title")

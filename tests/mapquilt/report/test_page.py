@@ -1,4 +1,4 @@
-"""What a report says is what the folder holds, in one file that asks for nothing else."""
+"""Reports show the content of their folder, in one self-contained file."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ class Page(HTMLParser):
         self.close()
 
     def handle_starttag(self, tag, attrs):
-        told = dict(attrs)
+        fields = dict(attrs)
         if tag not in VOID:
             self.open.append(tag)
-        self.ids += [told["id"]] if "id" in told else []
-        self.addresses += [told[name] for name in ("src", "href", "xlink:href") if told.get(name)]
-        if tag == "img" or told.get("role") == "img":
-            self.images.append(told)
-        if tag == "tr" and "data-number" in told:
-            self.rows.append(told)
+        self.ids += [fields["id"]] if "id" in fields else []
+        self.addresses += [fields[name] for name in ("src", "href", "xlink:href") if fields.get(name)]
+        if tag == "img" or fields.get("role") == "img":
+            self.images.append(fields)
+        if tag == "tr" and "data-number" in fields:
+            self.rows.append(fields)
 
     def handle_startendtag(self, tag, attrs):
         self.handle_starttag(tag, attrs)
@@ -69,7 +69,7 @@ def folder(request: pytest.FixtureRequest) -> Path:
     return request.getfixturevalue(request.param)
 
 
-def test_the_page_is_whole_and_asks_for_nothing(folder):
+def test_the_page_needs_no_other_file(folder):
     page, text = page_of(folder)
     assert page.open == []
     assert len(page.ids) == len(set(page.ids))
@@ -86,14 +86,14 @@ def test_the_page_is_whole_and_asks_for_nothing(folder):
     assert len(images) == len(set(images))
 
 
-def test_a_run_tells_its_score(merged_run):
+def test_a_run_shows_its_score(merged_run):
     page, text = page_of(merged_run)
     score = json.loads((merged_run / "score.json").read_text())
     assert [row["data-outcome"] for row in page.rows] == [pair["outcome"] for pair in score["pairs"]]
     assert text.count("data:image/png;base64,") >= 2 + len(embedded(text, "images"))
 
 
-def test_a_run_that_is_not_scored_or_not_merged_tells_so(fresh_run):
+def test_a_run_without_score_or_merge_says_so(fresh_run):
     scored = [one.outcome for one in read_content(fresh_run).answers]
     (fresh_run / "score.json").unlink()
     assert [one.outcome for one in read_content(fresh_run).answers] == scored
@@ -105,7 +105,7 @@ def test_a_run_that_is_not_scored_or_not_merged_tells_so(fresh_run):
     assert Page(render_page(content, 1)).open == []
 
 
-def test_a_benchmark_tells_each_row_of_its_table(tiny_benchmark):
+def test_a_benchmark_shows_each_row_of_its_table(tiny_benchmark):
     rows = list(csv.DictReader((tiny_benchmark / PAIRS_FILE).open()))
     answers = read_content(tiny_benchmark).answers
     assert [(one.method, one.accepted, one.confidence) for one in answers] == [
@@ -117,20 +117,20 @@ def test_a_benchmark_tells_each_row_of_its_table(tiny_benchmark):
     assert any(one.negative for one in answers)
 
 
-def test_a_study_tells_each_trial_and_each_test(tiny_study):
+def test_a_study_shows_each_trial_and_each_test(tiny_study):
     page, text = page_of(tiny_study)
     assert [row["data-level"] for row in page.rows] == ["0", "0", "3", "3"] * 2
     assert "Is one method better?" in text
     assert "not shown to differ from" in text
 
 
-def test_a_data_set_shows_pairs_that_nobody_has_merged(tiny):
+def test_a_data_set_shows_pairs_that_are_not_merged(tiny):
     content = read_content(tiny)
     assert {one.outcome for one in content.answers} == {None}
     assert sum(one.negative for one in content.answers) >= 2
 
 
-def test_names_cannot_break_out_of_the_page(fresh_run):
+def test_names_are_escaped(fresh_run):
     evil = "</script><script>alert(1)</script>"
     for name in ("run.json", "maps.json", "truth.json", "merge.json"):
         path = fresh_run / name
@@ -158,7 +158,7 @@ def test_errors_are_drawn_first_and_some_others_as_well():
     assert sorted(choose(answers, 500)) == list(range(101))
 
 
-def test_the_command_writes_one_file_and_refuses_what_is_nothing(tiny_study, tmp_path, capsys):
+def test_the_command_writes_one_file_and_refuses_other_folders(tiny_study, tmp_path, capsys):
     copy = Path(shutil.copytree(tiny_study, tmp_path / "copy"))
     assert command("report", copy, "--pictures", 2) == 0
     assert "8 answers of the study copy" in capsys.readouterr().out

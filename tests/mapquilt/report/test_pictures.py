@@ -1,4 +1,4 @@
-"""Pictures of pairs: nothing flipped, and each map where its transform puts it."""
+"""Pictures of pairs: nothing is flipped, and each map is at its transform."""
 
 from __future__ import annotations
 
@@ -79,13 +79,13 @@ def test_answer_and_truth_are_drawn_on_one_canvas(pair):
     assert mask(pixels(drawn.by_answer), ORANGE).any()
 
 
-def test_what_is_far_off_does_not_shrink_the_rest_to_nothing(pair):
+def test_a_far_answer_does_not_shrink_the_maps_too_much(pair):
     image = pixels(Painter().draw(replace(pair, answer=Similarity2(1e6, 0.0, 0.0, 1.0))).by_answer)
     assert mask(image, BLUE).sum() > 200
     assert max(image.shape) <= 500
 
 
-def test_what_is_unknown_is_transparent_and_what_was_not_proposed_is_not_drawn(pair):
+def test_unknown_is_transparent_and_a_missing_answer_is_not_drawn(pair):
     drawn = Painter().draw(replace(pair, answer=None, truth=GroundTruth(None)))
     assert drawn.by_answer is drawn.by_truth is drawn.by_alternative is None
     assert (pixels(drawn.target)[0, :, 3] == 0).all()

@@ -1,4 +1,4 @@
-"""Without noise and at true poses, a robot's grid is the true raster, but for a cell at borders."""
+"""Without noise and at true poses, a map equals the true raster within one cell."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def lone_mission():
 
 
 def drawn(mission, index, model):
-    """The grid of one robot from its true scans at true poses, laid into the world's raster: -1, 0 or 1 a cell."""
+    """Map true scans of one robot at true poses, and look the map up on the world's raster: -1, 0 or 1 per cell."""
     truth, world = mission.robots[index], true_raster(mission.world, TRUE_RESOLUTION)
     mapper = LogOddsMapper(TRUE_RESOLUTION, sensor_model(model))
     for k, scan in enumerate(truth.scans):
@@ -44,14 +44,14 @@ def disagree(signs, walls, excepted):
 
 
 @pytest.mark.parametrize("model", SENSOR_MODELS)
-def test_one_robot_draws_the_true_raster_within_a_cell(lone_mission, model):
+def test_the_map_of_one_robot_is_the_true_raster_within_a_cell(lone_mission, model):
     signs, walls = drawn(lone_mission, 0, model)
     assert (signs > 0).sum() > 500
     assert (signs < 0).sum() > 10_000
     assert not disagree(signs, walls, np.zeros_like(walls)).any()
 
 
-def test_a_team_does_so_but_where_other_robots_stood(merged_run):
+def test_the_maps_of_a_team_are_the_true_raster_except_at_other_robots(merged_run):
     mission = load_mission(merged_run / "mission")
     for index in range(2):
         signs, walls = drawn(mission, index, "octomap")
@@ -68,7 +68,7 @@ def under_robots(mission, shape):
     return ndimage.distance_transform_edt(stood) * TRUE_RESOLUTION <= radius + 2 * TRUE_RESOLUTION
 
 
-def test_a_map_turned_by_mistake_would_be_caught(lone_mission):
+def test_a_map_rotated_by_mistake_would_be_detected(lone_mission):
     signs, walls = drawn(lone_mission, 0, "octomap")
     shifted = np.roll(signs, 3, axis=0)
     assert disagree(shifted, walls, np.zeros_like(walls)).any()

@@ -1,4 +1,4 @@
-"""Runs that somebody edited: each file is checked when it is read, and refused in one line by its name."""
+"""Edited runs: each file is checked when it is read, and refused in one line by its name."""
 
 import json
 from pathlib import Path
@@ -28,14 +28,14 @@ def edit(path, change):
     "file",
     ["../elsewhere/map.yaml", "truth/robot_0.yaml", "./robot_0/../truth/robot_0.yaml", "mission/map.yaml", "/map.yaml"],
 )
-def test_the_merger_reads_maps_of_the_run_alone_and_no_truth(fresh_run, capsys, file):
+def test_the_merger_reads_only_maps_of_the_run_and_no_truth(fresh_run, capsys, file):
     edit(fresh_run / "maps.json", lambda record: record["maps"][0].update(file=file))
     line = refused(capsys, "merge", fresh_run)
     assert line.startswith(f"{fresh_run / 'maps.json'}: file is {file!r}")
 
 
 @pytest.mark.parametrize("name", ["../x", "..", "a/b", "robot_0\n", "", " ", "robot_1"])
-def test_names_of_maps_are_plain_and_each_its_own(fresh_run, capsys, name):
+def test_names_of_maps_are_plain_and_unique(fresh_run, capsys, name):
     edit(fresh_run / "maps.json", lambda record: record["maps"][0].update(name=name))
     assert refused(capsys, "merge", fresh_run).startswith(f"{fresh_run / 'maps.json'}: ")
 
@@ -55,13 +55,13 @@ def test_names_of_maps_are_plain_and_each_its_own(fresh_run, capsys, name):
 @pytest.mark.parametrize(
     "text", ["[]", "", '{"x": NaN}', "[" * 100_000, '{"a":' * 800 + "1" + "}" * 800, '{"schema": ' + "9" * 5000 + "}"]
 )
-def test_a_record_that_is_none_is_named(fresh_run, capsys, file, verb, text):
+def test_a_file_that_is_not_a_record_is_named(fresh_run, capsys, file, verb, text):
     (fresh_run / file).write_text(text)
     assert refused(capsys, verb, fresh_run).startswith(f"{fresh_run / file}: ")
 
 
 @pytest.mark.parametrize("value", ["1e308", "1e-320", "-1", "9" * 40])
-def test_a_scale_past_any_map_is_refused_by_name(fresh_run, capsys, value):
+def test_an_absurd_scale_is_refused_by_name(fresh_run, capsys, value):
     text = (fresh_run / "truth.json").read_text()
     scale = load_truth(fresh_run / "truth.json").robots[0].truth.world_from_map.scale
     assert str(scale) in text
@@ -88,12 +88,12 @@ def test_the_log_of_another_robot_is_refused_by_name(fresh_run, tmp_path, capsys
         ("truth.json", lambda record: record["robots"].append(record["robots"][0])),
     ],
 )
-def test_what_does_not_belong_together_is_refused_by_name(fresh_run, capsys, file, change):
+def test_files_of_different_runs_are_refused_by_name(fresh_run, capsys, file, change):
     edit(fresh_run / file, change)
     assert refused(capsys, "score", fresh_run).startswith(f"{fresh_run / file}: ")
 
 
-def test_maps_are_found_wherever_the_run_is_named_from(merged_run, monkeypatch):
+def test_maps_are_found_from_any_working_directory(merged_run, monkeypatch):
     monkeypatch.chdir(merged_run.parent)
     for folder in (merged_run, merged_run.relative_to(merged_run.parent)):
         assert run_folder.load_maps(folder).names == ("robot_0", "robot_1")

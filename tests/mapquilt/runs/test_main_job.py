@@ -1,4 +1,4 @@
-"""The main job, stage by stage, for real: what is on disk, what depends on what, and what does not."""
+"""A complete run, stage by stage: its files, and what each of them depends on."""
 
 import json
 import shutil
@@ -42,7 +42,7 @@ FILES = {
 simulate = ("simulate", "office", "--robots", 2, "--duration", 12, "--seed", 3)
 
 
-def test_a_run_leaves_what_a_person_can_use(merged_run):
+def test_a_run_has_all_its_files(merged_run):
     assert set(hashes(merged_run, but=())) == FILES
     for name in ("overview.png", "merge.png"):
         assert cv2.imread(str(merged_run / name)).shape[0] > 300
@@ -65,7 +65,7 @@ def test_another_seed_gives_another_world_and_start(merged_run, tmp_path):
     assert a.start_from_map != b.start_from_map
 
 
-def test_another_noise_level_keeps_the_mission_hash_for_hash(merged_run, tmp_path):
+def test_another_noise_level_keeps_the_hashes_of_the_mission(merged_run, tmp_path):
     noisy, exact = tmp_path / "noisy", tmp_path / "exact"
     assert command(*simulate, "--noise", 3, "--out", noisy) == 0
     assert command("sense", merged_run, "--noise", 0, "--out", exact) == 0
@@ -105,7 +105,7 @@ def test_the_merger_never_reads_the_truth(merged_run, tmp_path, scale):
     assert (fresh_run / "merge.json").read_bytes() == before
 
 
-def test_the_truth_on_disk_scores_zero_and_backwards_does_not(fresh_run):
+def test_the_stored_truth_scores_zero_and_its_inverse_does_not(fresh_run):
     stored = json.loads((fresh_run / "truth.json").read_text())
     stored["pairs"][0]["overlap"] = 0.5  # without common ground there is no error
     (fresh_run / "truth.json").write_text(json.dumps(stored))
@@ -124,7 +124,7 @@ def test_the_truth_on_disk_scores_zero_and_backwards_does_not(fresh_run):
     assert errors[1]["rotation_deg"] > 1.0
 
 
-def test_maps_that_hide_their_scale_say_so(merged_run, tmp_path):
+def test_maps_of_hidden_scale_are_marked_as_not_trusted(merged_run, tmp_path):
     honest = tmp_path / "honest"
     assert command("sense", merged_run, "--scale", "honest", "--out", honest) == 0
     assert run_folder.load_maps(honest).resolutions_trusted
@@ -134,7 +134,7 @@ def test_maps_that_hide_their_scale_say_so(merged_run, tmp_path):
     assert all(0.5 <= scale <= 2.0 and abs(scale - 1.0) > 1e-3 for scale in scales)
 
 
-def test_the_disguise_is_drawn_from_the_ranges_asked_for(merged_run, tmp_path):
+def test_frame_perturbations_are_drawn_from_the_requested_ranges(merged_run, tmp_path):
     arguments = ("--scale", "0.9:1.1", "--max-rotation", 5, "--max-offset", 0.5)
     assert command("sense", merged_run, *arguments, "--out", tmp_path / "near") == 0
     for robot in load_truth(tmp_path / "near/truth.json").robots:
@@ -144,7 +144,7 @@ def test_the_disguise_is_drawn_from_the_ranges_asked_for(merged_run, tmp_path):
         assert max(abs(map_from_start.x), abs(map_from_start.y)) <= 0.5
 
 
-def test_a_mission_cut_in_parts_gives_more_maps_of_it(merged_run, tmp_path):
+def test_a_mission_cut_in_parts_gives_a_map_per_part(merged_run, tmp_path):
     assert command("sense", merged_run, "--parts", 2, "--noise", 0, "--out", tmp_path / "parts") == 0
     maps, truth = run_folder.load_maps(tmp_path / "parts"), load_truth(tmp_path / "parts/truth.json")
     assert maps.names == ("robot_0_part_0", "robot_0_part_1", "robot_1_part_0", "robot_1_part_1")
@@ -166,7 +166,7 @@ def test_maps_are_those_of_map_server(merged_run):
     assert loaded.grid.occupied.sum() > 100
 
 
-def test_merging_again_takes_a_stale_score_away(fresh_run):
+def test_merging_again_deletes_the_old_score(fresh_run):
     assert command("merge", fresh_run) in (0, 1)
     assert not (fresh_run / "score.json").exists()
     assert not (fresh_run / "overview.png").exists()

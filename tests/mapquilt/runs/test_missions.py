@@ -1,4 +1,4 @@
-"""Robots, policies and overlap from the command line: what a run then says of them, and what is refused."""
+"""Robots, policies and overlap from the command line: records in the run, and refusals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def record(run: Path, name: str = "run") -> dict[str, object]:
     return dict(json.loads((run / f"{name}.json").read_text()))
 
 
-def test_a_run_says_how_its_mission_was_made(tmp_path: Path) -> None:
+def test_a_run_records_the_settings_of_its_mission(tmp_path: Path) -> None:
     (tmp_path / "team.yaml").write_text(
         "robots:\n- {start: [2.5, 10.0, 1.0], lidar: lds01, speed: 0.3}\n- {radius: 0.25, rate: 5}\n"
     )
@@ -48,22 +48,20 @@ def test_a_run_says_how_its_mission_was_made(tmp_path: Path) -> None:
     assert run["overlap"]["ends_s"] == [3.0, 3.0]  # type: ignore[index]
 
 
-def test_the_overlap_reached_is_recorded_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_reached_overlap_is_recorded_and_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--robots", 2, "--duration", 10, "--starts", "close", "--overlap", "0.6:0.9")
     assert command("simulate", "office", *options, "--out", tmp_path / "run") == 0
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     (pair,) = load_truth(tmp_path / "run/truth.json").pairs.values()
     run = record(tmp_path / "run")
     assert run["overlap"]["wanted"] == [0.6, 0.9]  # type: ignore[index]
     assert run["overlap"]["reached"] == [pair.footprints.overlap] * 2  # type: ignore[index]
     assert 0.6 <= pair.footprints.overlap <= 0.9
-    assert "requested 0.6 to 0.9" in told.out
-    assert told.err == ""
+    assert "requested 0.6 to 0.9" in printed.out
+    assert printed.err == ""
 
 
-def test_the_overlap_reached_is_that_of_the_beams_that_clear(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_reached_overlap_counts_beams_without_a_return(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--width", 15, "--height", 15, "--robots", 2, "--duration", 8, "--seed", 1)
     wanted = ("--overlap", "0.6:0.8", "--clear-range", 12)
     assert command("simulate", "outdoor", *options, *wanted, "--out", tmp_path / "run") == 0
@@ -74,7 +72,7 @@ def test_the_overlap_reached_is_that_of_the_beams_that_clear(
     assert seen["robots"][0]["share"][-1] > 0.5  # type: ignore[index]
 
 
-def test_an_overlap_out_of_reach_is_warned_of_and_the_nearest_kept(
+def test_an_unreachable_overlap_gives_a_warning_and_the_nearest_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     start = ("--start", "3,10", "--start", "26,10", "--overlap", "0.9:1", "--duration", 2, "--seed", 7)
@@ -83,7 +81,7 @@ def test_an_overlap_out_of_reach_is_warned_of_and_the_nearest_kept(
     assert record(tmp_path / "run")["overlap"]["reached"][0] < 0.9  # type: ignore[index]
 
 
-def test_a_run_tells_how_much_was_seen(merged_run: Path) -> None:
+def test_a_run_records_its_coverage(merged_run: Path) -> None:
     seen = record(merged_run, "coverage")
     team = np.array(seen["team"])
     assert seen["stamps_s"] == [float(k) for k in range(13)]
@@ -105,7 +103,7 @@ def test_a_run_can_be_replayed_from_its_own_truth(merged_run: Path, tmp_path: Pa
     assert hashes(tmp_path / "run") == hashes(tmp_path / "again")
 
 
-def test_what_is_not_said_follows_from_what_is() -> None:
+def test_omitted_fields_follow_from_the_options() -> None:
     plain = MissionOptions(None, None, Lidar(), "random", (), None, "velocity", 0.6, 1.5, None, (), (), None)
     settings, replay = parse_mission(plain)
     assert (len(settings.robots), settings.duration, settings.policy, replay) == (3, 120.0, "explore", ())
@@ -128,7 +126,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "messages"),
     [
         (("--start", "0.05,10"), ("start 0 at (0.05, 10)", "in a wall of world 'office'")),
         (("--start", "15,10,0", "--start", "15.2,10"), ("start 1 at (15.2, 10)", "overlaps start 0")),
@@ -160,7 +158,7 @@ BAD = {
 )
 def test_bad_missions_are_one_line_and_status_2(
     options: tuple[str, ...],
-    told: tuple[str, ...],
+    messages: tuple[str, ...],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -171,5 +169,5 @@ def test_bad_missions_are_one_line_and_status_2(
     assert command("simulate", "office", *options, "--out", "run") == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert all(each in error for each in told), error
+    assert all(each in error for each in messages), error
     assert not (tmp_path / "run").exists()

@@ -1,4 +1,4 @@
-"""What robots saw, however their time is cut: unions of slices against looking at every scan of a part."""
+"""Observed cells of parts of a mission: unions of cached slices compared with tracing every scan."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def mission():
 
 
 @pytest.mark.parametrize("cuts", [(2,), (3, 2, 1), (1, 7)])
-def test_each_part_saw_what_its_scans_see(mission, cuts):
+def test_the_observed_cells_of_a_part_are_those_of_its_scans(mission, cuts):
     frame = true_raster(mission.world).frame
     seen = ObservedSlices(mission, cuts)
     for parts in cuts:

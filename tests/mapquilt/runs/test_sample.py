@@ -1,4 +1,4 @@
-"""From a mission to maps: which poses, which seed, which robot."""
+"""From a mission to maps: poses, seeds and robots."""
 
 import dataclasses
 
@@ -26,7 +26,7 @@ def places(mission):
     return true_footprints(mission)
 
 
-def test_true_poses_are_told_from_the_start_as_odometry_is(mission, places):
+def test_true_poses_are_relative_to_the_start_like_odometry(mission, places):
     by_truth, by_odometry = (
         make_sample(mission, SampleSettings(SensingSettings(0.0), MappingSettings(poses)), places)
         for poses in ("truth", "odometry")
@@ -47,7 +47,7 @@ def test_noise_is_that_of_the_samples_seed_and_not_of_the_missions(mission, plac
     assert not np.array_equal(sample.logs[0].odometry.poses, other.logs[0].odometry.poses)
 
 
-def test_each_robot_has_noise_and_a_disguise_of_its_own(mission, places):
+def test_each_robot_has_its_own_noise_and_frame_perturbation(mission, places):
     sample = make_sample(mission, SampleSettings(), places)
     one, double = sample.logs
     assert not np.array_equal(one.scans[3].ranges, double.scans[3].ranges)

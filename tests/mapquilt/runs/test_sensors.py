@@ -1,4 +1,4 @@
-"""Lidars and single components of the noise, from the command line to the files and back."""
+"""Lidars and single noise components, from the command line to the files and back."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_lidars_are_listed_with_their_sources(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "messages"),
     [
         (("--lidar", "velodyne"), ("'velodyne'", "rplidar_a1", "thesis")),
         (("--lidar", "lds01", "--rate", "6"), ("6.0 Hz", "lds01")),
@@ -84,12 +84,12 @@ def test_lidars_are_listed_with_their_sources(capsys: pytest.CaptureFixture[str]
     ],
 )
 def test_bad_options_are_one_line_and_status_2(
-    options: tuple[str, ...], told: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    options: tuple[str, ...], messages: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command("simulate", "office", *options, "--out", tmp_path / "run") == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert all(each in error for each in told), error
+    assert all(each in error for each in messages), error
     assert not (tmp_path / "run").exists()
 
 

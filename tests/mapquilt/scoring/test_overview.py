@@ -57,7 +57,7 @@ def group(grid, placed=None):
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.6, -2.5])
-def test_a_map_is_drawn_turned_as_its_origin_is(yaw):
+def test_a_map_is_drawn_at_the_yaw_of_its_origin(yaw):
     grid = room(yaw)
     figure = merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), [group(grid)])
     for panel in (0, 1):
@@ -90,7 +90,7 @@ def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
     assert wall[~at_an_edge].sum() > 1000
 
 
-def test_no_black_shows_through_the_walls_of_the_maps():
+def test_the_walls_of_the_maps_cover_those_of_the_merged_map():
     grid = room(0.4)
     placed = {"a": Similarity2(), "b": Similarity2()}
     pixels, _ = looked_at(merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), [group(grid, placed)]), 0)
@@ -135,7 +135,7 @@ def test_panels_share_size_and_rows_and_the_last_row_is_centred(count):
 
 
 @pytest.mark.parametrize("name", ["robot_19_part_19", "somewhere/" * 12 + "$map_1$.yaml"])
-def test_a_title_ends_within_its_panel(name):
+def test_a_title_fits_its_panel(name):
     grid = room(0.0)
     figure = merge_figure(MapSet((name, "b"), (grid, grid), ("m", "m")), [group(grid)])
     canvas = FigureCanvasAgg(figure)
@@ -146,7 +146,7 @@ def test_a_title_ends_within_its_panel(name):
         assert text.get_window_extent(canvas.get_renderer()).x1 <= panel.bbox.x1
 
 
-def test_the_true_transforms_lay_the_merged_walls_on_the_true_ones(merged_run):
+def test_true_transforms_align_the_merged_walls_with_the_true_ones(merged_run):
     maps, truth = run_folder.load_maps(merged_run), load_truth(merged_run / "truth.json")
     world_from = {name: truth.robot(name).truth.world_from_map for name in maps.names}
     mission, reference = load_mission(merged_run / "mission"), maps.names[1]
@@ -173,5 +173,5 @@ def test_two_groups_have_a_panel_each_and_maps_say_in_which_they_are():
     figure = merge_figure(maps, [*groups, group(grid, {"e": Similarity2()})])
     titles = [panel.get_title(loc="left") for panel in figure.axes]
     assert titles == ["merged map 1", "merged map 2", "a", "b", "c", "d", "e"]
-    told = [panel.texts[0].get_text() for panel in figure.axes]
-    assert told[2:] == ["in merged map 1"] * 2 + ["in merged map 2"] * 2 + ["not merged"]
+    labels = [panel.texts[0].get_text() for panel in figure.axes]
+    assert labels[2:] == ["in merged map 1"] * 2 + ["in merged map 2"] * 2 + ["not merged"]

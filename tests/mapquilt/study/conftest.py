@@ -19,8 +19,8 @@ TINY = ("robots=2", "duration=4", "starts=close")
 def plan(
     *vary: str, fixed: tuple[str, ...] = TINY, methods: tuple[str, ...] = ("quilt", "orb"), **options: Any
 ) -> StudyPlan:
-    told = {"worlds": ("house",), "missions": 2, "seed": 3, "min_overlap": 0.15} | options
-    return plan_study(None, vary, fixed, [Method(name) for name in methods], **told)
+    settings = {"worlds": ("house",), "missions": 2, "seed": 3, "min_overlap": 0.15} | options
+    return plan_study(None, vary, fixed, [Method(name) for name in methods], **settings)
 
 
 def thread() -> Runner:

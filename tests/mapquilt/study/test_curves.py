@@ -1,4 +1,4 @@
-"""The curves of a sweep make sense."""
+"""The curves of a sweep are plausible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A study from end to end: resumed, on any executor, it is the same to the byte; its files say what it found."""
+"""A study from end to end: the same bytes when resumed and on any executor; content of its files."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_finished_missions_do_not_run_again(tiny_study, tmp_path, monkeypatch):
     assert hashes(copy, but=TIMES) == hashes(tiny_study, but=TIMES)
 
 
-def test_a_cluster_finds_the_same(tiny_study, tmp_path):
+def test_a_cluster_gives_the_same_results(tiny_study, tmp_path):
     with (
         LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
         Runner(Workers(scheduler=cluster.scheduler_address)) as runner,

@@ -1,4 +1,4 @@
-"""What is cut out of one mission is what a shorter, smaller or poorer one would have been."""
+"""Missions cut in time, team and beams equal shorter, smaller and sparser ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def mission():
     return largest_mission("house", 4, [LONG, changed(robots=2, duration=1.0)], None)
 
 
-def test_a_cut_in_time_is_the_mission_that_would_have_been_simulated(mission):
+def test_a_mission_cut_in_time_equals_a_shorter_simulation(mission):
     cut = cut_mission(mission, changed(duration=1.5))
     short = simulate(make_world("house", 4), changed(duration=1.5).mission.mission(), 4)[0]
     assert len(cut.robots) == len(short.robots)
@@ -39,7 +39,7 @@ def test_a_smaller_team_is_the_first_robots(mission):
     np.testing.assert_array_equal(cut.robots[1].trajectory.poses, mission.robots[1].trajectory.poses)
 
 
-def test_fewer_beams_look_where_they_looked_before(mission):
+def test_fewer_beams_keep_their_directions(mission):
     cut = cut_mission(mission, changed(beams=90))
     for few, all_of_them in zip(cut.robots[0].scans, mission.robots[0].scans, strict=True):
         np.testing.assert_allclose(few.angles, all_of_them.angles[::4], atol=1e-12)

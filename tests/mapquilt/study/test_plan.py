@@ -1,4 +1,4 @@
-"""Every setting can be varied by name, and what makes no study is refused with the option and the value."""
+"""Every setting can be varied by name; invalid studies are refused with the option and the value."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_two_settings_make_every_combination_and_share_all_seeds():
         (("family=house,atlantis",), (), "unknown world 'atlantis'"),
     ],
 )
-def test_what_makes_no_study_is_refused(vary, fixed, words):
+def test_invalid_studies_are_refused(vary, fixed, words):
     with pytest.raises(ValueError, match=words):
         plan(*vary, fixed=fixed)
 

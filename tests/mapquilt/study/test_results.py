@@ -41,7 +41,7 @@ def cell(trials, teams=()):
     return build_cells(PLAN, trials, teams)[0]
 
 
-def test_which_pairs_count():
+def test_pairs_with_one_right_answer_and_enough_overlap_count():
     trials = [
         trial(),
         trial("001", accepted=False),
@@ -74,7 +74,7 @@ def test_quality_is_a_mean_over_missions():
     assert found.iou_free.interval.high == pytest.approx(0.8)
 
 
-def test_the_overlap_that_a_level_is_about_decides_what_counts():
+def test_a_varied_overlap_selects_the_pairs_that_count():
     about = plan("overlap=0:0.15,0.15:0.5")
     trials = [trial(level="0:0.15", overlap=overlap, negative=overlap == 0.0) for overlap in (0.0, 0.05, 0.3)]
     assert build_cells(about, trials, [])[0].pairs.asked == 1
@@ -89,7 +89,7 @@ def sided(method_right: int, other_right: int, both: int) -> list[EvaluatedPair]
     return trials
 
 
-def test_a_method_is_better_where_both_tests_agree():
+def test_a_method_is_better_only_if_both_tests_agree():
     tests = {test.level: test for test in paired_tests(PLAN, sided(20, 1, 10))}
     assert (tests["0",].method_alone, tests["0",].other_alone, tests["0",].pairs) == (20, 1, 31)
     assert tests["0",].difference == pytest.approx(19 / 31)
@@ -102,7 +102,7 @@ def test_three_pairs_show_no_difference():
     assert paired_tests(PLAN, sided(3, 0, 10))[0].verdict == "no difference shown"
 
 
-def test_pairs_of_one_mission_do_not_count_as_many():
+def test_pairs_of_one_mission_are_not_independent():
     trials = [
         replace(one, pair=replace(one.pair, mission=f"{index // 40}", target=f"robot_{index // 2}"))
         for index, one in enumerate(sided(20, 0, 20))
@@ -112,7 +112,7 @@ def test_pairs_of_one_mission_do_not_count_as_many():
     assert test.verdict == "no difference shown"
 
 
-def test_many_tests_ask_for_more():
+def test_many_tests_require_smaller_p_values():
     test = paired_tests(PLAN, sided(6, 0, 10))[0]
     assert test.p == pytest.approx(0.03125)
     assert test.p_holm == pytest.approx(0.0625)
@@ -126,7 +126,7 @@ def test_mcnemar_is_twice_the_tail_of_a_fair_coin(a, b):
     assert mcnemar(a, b) == mcnemar(b, a)
 
 
-def test_holm_never_falls_with_the_chance():
+def test_holm_is_monotonic():
     rng = np.random.default_rng(1)
     many = plan(f"noise={','.join(map(str, range(4)))}")
     trials = [

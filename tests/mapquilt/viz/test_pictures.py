@@ -1,4 +1,4 @@
-"""Cards and sheets of pairs: places of the walls, and order of the cards."""
+"""Pictures of pairs: positions of the walls, and order of the pairs."""
 
 import pytest
 from matplotlib.colors import to_rgb
@@ -29,7 +29,7 @@ def test_walls_fall_on_walls_in_the_overlay_of_the_truth_alone():
     assert shares(right)[1] < shares(wrong)[1]
 
 
-def test_without_an_answer_the_target_stands_alone():
+def test_without_an_answer_only_the_target_is_drawn():
     target, source, _ = crisp_pair()
     alone, beside, both = shares(card_picture(target.grid, source.grid, None, None))
     assert alone > 0

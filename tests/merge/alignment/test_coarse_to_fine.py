@@ -55,7 +55,7 @@ def test_swapping_the_maps_refines_to_the_inverse(maps):
     assert np.hypot(*apart.T).max() < 0.02  # cells
 
 
-def test_a_known_scale_is_not_touched(maps):
+def test_a_known_scale_is_kept(maps):
     exact = maps[2].scale
     found = refine(maps[0], maps[1], displaced(maps, growth=1.0), ScaleRange(exact, exact))
     assert found.scale == pytest.approx(exact, rel=1e-12)
@@ -68,7 +68,7 @@ def test_the_scale_does_not_leave_its_range(maps):
     assert low * (1 - 1e-12) <= found.scale <= high
 
 
-def test_refining_never_lowers_the_agreement(maps):
+def test_refining_never_lowers_the_score(maps):
     target, source, _ = maps
     rng = np.random.default_rng(1)
     for _ in range(6):

@@ -1,4 +1,4 @@
-"""How sharply maps are judged, and which candidate comes first."""
+"""Choice of the tolerance, and order of the candidates."""
 
 import dataclasses
 import math
@@ -31,16 +31,16 @@ def candidate(*inlier_length):
 
 CRISP = candidate(990.0, 990.0, 985.0, 980.0, 970.0)
 ALIKE = candidate(995.0, 900.0, 700.0, 400.0, 200.0)
-BENT = candidate(900.0, 700.0, 500.0, 300.0, 200.0)
+DISTORTED = candidate(900.0, 700.0, 500.0, 300.0, 200.0)
 
 
-def test_crisp_maps_are_judged_by_the_tightest_tolerance_and_bent_ones_by_the_loosest():
+def test_crisp_maps_use_the_tightest_tolerance_and_distorted_ones_the_loosest():
     assert tightest_tolerance([CRISP]) == len(WallOverlapSettings.tolerance_shares) - 1
-    assert tightest_tolerance([BENT]) == 0
+    assert tightest_tolerance([DISTORTED]) == 0
     assert tightest_tolerance([]) == len(WallOverlapSettings.tolerance_shares) - 1
 
 
-def test_a_place_that_only_resembles_the_right_one_comes_second():
+def test_a_similar_but_wrong_placement_comes_second():
     assert ALIKE.overlap.score > CRISP.overlap.score  # by the loosest tolerance it would come first
     assert ranked([ALIKE, CRISP]) == [CRISP, ALIKE]
 
@@ -53,9 +53,9 @@ def test_a_tolerance_is_met_if_one_hypothesis_keeps_its_score():
     assert tightest_tolerance([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 0
 
 
-@pytest.mark.parametrize("order", [(ALIKE, BENT, CRISP), (CRISP, ALIKE, BENT)])
-def test_the_order_in_which_candidates_come_does_not_matter(order):
-    assert ranked(order) == [CRISP, ALIKE, BENT]
+@pytest.mark.parametrize("order", [(ALIKE, DISTORTED, CRISP), (CRISP, ALIKE, DISTORTED)])
+def test_the_order_of_candidates_does_not_matter(order):
+    assert ranked(order) == [CRISP, ALIKE, DISTORTED]
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def test_starts_nearby_all_end_at_the_truth(maps):
     assert np.quantile(off, 0.75) < 1.0  # cells
 
 
-def test_each_start_is_moved_as_if_it_were_alone(maps):
+def test_each_start_is_refined_independently(maps):
     target, source, truth = maps
     begun = starts(truth, source, 4)
     gates = GATES * np.array([[1.0], [0.5], [2.0], [0.1]])
@@ -119,7 +119,7 @@ def test_a_known_scale_is_kept_and_a_bound_not_passed(maps):
     assert bounded.scale == pytest.approx(low, rel=1e-3)
 
 
-def test_what_pairs_nothing_stays(maps):
+def test_a_start_without_correspondences_is_returned(maps):
     target, source, truth = maps
     far = Similarity2(1e6, 0.0, 1.0, truth.scale)
     assert rms_displacement(source, [far, *icp_batch(target, source, [far], GATES[None], FREE, 200)])[0, 1] < 1e-6

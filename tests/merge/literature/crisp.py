@@ -1,4 +1,4 @@
-"""A crisp pair of maps: two robots in parts of one world, without noise, the truth known exactly."""
+"""A pair of maps without noise: two robots in parts of one world, with exact ground truth."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def test_consistency_by_a_slow_sum():
     assert consistency(field, source, poses, 1.2) == pytest.approx(slow, abs=1e-6)
 
 
-def test_the_fittest_of_a_generation_is_never_lost():
+def test_the_fittest_individual_survives():
     target, source, _ = crisp_pair()
     method, rng = Genetic(), np.random.default_rng(0)
     there, here = method.describe(target), method.describe(source)
@@ -51,7 +51,7 @@ def test_the_fittest_of_a_generation_is_never_lost():
 
 
 @pytest.mark.parametrize("seed", [2, 6])
-def test_a_crisp_pair_of_one_scale_is_found_and_believed(seed):
+def test_a_crisp_pair_of_one_scale_is_found_and_accepted(seed):
     target, source, truth = crisp_pair(1.0, seed)
     method = Genetic()
     maps = method.describe(target), method.describe(source)
@@ -60,7 +60,7 @@ def test_a_crisp_pair_of_one_scale_is_found_and_believed(seed):
     assert off_share(answer.target_from_source, truth, source) < 0.005
 
 
-def test_the_seed_decides():
+def test_the_result_depends_on_the_seed():
     target, source, _ = crisp_pair()
     method = Genetic(individuals=30, generations=6, proposals=4)
     maps = method.describe(target), method.describe(source)

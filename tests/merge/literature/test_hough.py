@@ -18,7 +18,7 @@ CORNER = np.array([(x, 0.0) for x in range(40)] + [(0.0, y) for y in range(1, 25
 
 
 @pytest.mark.parametrize("seed", [3, 4, 5])
-def test_a_crisp_pair_of_one_scale_is_found_and_believed(seed):
+def test_a_crisp_pair_of_one_scale_is_found_and_accepted(seed):
     target, source, truth = crisp_pair(1.0, seed)
     method = Hough()
     maps = method.describe(target), method.describe(source)
@@ -30,7 +30,7 @@ def test_a_crisp_pair_of_one_scale_is_found_and_believed(seed):
     assert proposals[0].target_from_source == answer.target_from_source
 
 
-def test_it_works_at_the_scale_that_is_stated():
+def test_the_stated_scale_is_kept():
     target, source, truth = crisp_pair(1.3, 3)
     method = Hough(acceptance_index=0.5)
     maps = method.describe(target), method.describe(source)
@@ -39,7 +39,7 @@ def test_it_works_at_the_scale_that_is_stated():
     assert off_share(answer.target_from_source, truth, source) < 0.02
 
 
-def test_the_spectrum_by_a_slow_vote():
+def test_the_spectrum_equals_a_slow_vote():
     points = np.random.default_rng(0).uniform(0, 12, (9, 2))
     slow = np.zeros(360)
     for degrees in range(360):
@@ -52,7 +52,7 @@ def test_the_spectrum_by_a_slow_vote():
     assert np.array_equal(hough_spectrum(points), slow)
 
 
-def test_the_spectrum_peaks_across_walls_turns_with_them_and_does_not_mind_a_shift():
+def test_the_spectrum_rotates_with_walls_and_is_invariant_to_shifts():
     spectrum = hough_spectrum(CORNER)
     assert int(spectrum.argmax()) == 90  # the longer wall runs along x
     turned = hough_spectrum(Similarity2(300.0, -80.0, math.radians(37)).apply(CORNER))
@@ -60,27 +60,27 @@ def test_the_spectrum_peaks_across_walls_turns_with_them_and_does_not_mind_a_shi
     assert int(circular_correlation(turned, spectrum)[:180].argmax()) == 37
 
 
-def test_circular_correlation_by_its_sum():
+def test_circular_correlation_equals_its_sum():
     a, b = np.random.default_rng(1).random((2, 360))
     slow = [sum(a[(i + k) % 360] * b[i] for i in range(360)) for k in range(360)]
     assert np.allclose(circular_correlation(a, b), slow)
 
 
-def test_local_maxima_go_round_the_circle():
+def test_local_maxima_are_circular():
     values = np.zeros(360)
     values[[0, 359, 90, 200, 201]] = (5.0, 1.0, 7.0, 6.0, 6.0)
     assert highest_maxima(values, 4) == [90, 200, 0]
     assert highest_maxima(values, 2) == [90, 200]
 
 
-def test_projections_tell_the_shift():
+def test_projections_give_the_shift():
     rng = np.random.default_rng(2)
     walls = np.repeat(rng.integers(0, 90, 12), 20) + 0.5
     assert projection_shift(walls + 17.0, walls) == 17.0
     assert projection_shift(walls, walls + 230.0) == -230.0
 
 
-def test_the_crisp_pair_is_turned_by_what_its_walls_say():
+def test_the_rotation_of_a_crisp_pair_follows_from_its_walls():
     target, source, _ = crisp_pair(1.0, 3)
     method = Hough()
     correlation = circular_correlation(method.describe(target).spectrum, method.describe(source).spectrum)

@@ -28,7 +28,7 @@ def part_of(prepared, rows, cols, turned):
 
 
 @pytest.mark.parametrize("turned", [0, 1])
-def test_a_piece_is_found_in_its_whole_and_believed(turned):
+def test_a_part_is_found_in_its_whole_and_accepted(turned):
     """Besl and McKay ask that the data be a part of the model."""
     whole, _, _ = crisp_pair()
     piece, truth = part_of(whole, (20, 190), (40, 240), turned)
@@ -39,7 +39,7 @@ def test_a_piece_is_found_in_its_whole_and_believed(turned):
     assert off_share(answer.target_from_source, truth, piece) < 0.002
 
 
-def test_where_half_lies_outside_the_error_stays_large_and_nothing_is_believed():
+def test_with_half_the_overlap_the_error_stays_large_and_the_answer_is_refused():
     target, source, _ = crisp_pair()
     method = Icp(rotations=6)
     maps = method.describe(target), method.describe(source)
@@ -59,7 +59,7 @@ def test_the_rigid_fit_is_umeyamas(size):
         assert shift == pytest.approx(exact.x + 1j * exact.y)
 
 
-def test_no_state_gets_worse():
+def test_the_error_never_rises():
     """The theorem of Besl and McKay, section IV: the mean square distance never rises."""
     target, source, _ = crisp_pair()
     ended = []

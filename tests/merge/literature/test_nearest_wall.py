@@ -33,7 +33,7 @@ def test_the_nearest_is_found_to_a_fifth_of_a_cell_and_nearly_always_exactly(see
     assert np.mean(off > 1e-9) < 0.02
 
 
-def test_beyond_the_reach_something_near_the_border_is_told():
+def test_beyond_the_reach_a_border_cell_is_returned():
     walls = np.array([2.5 + 3.5j, 90.5 + 3.5j])
     distance, index = NearestWall.of(walls, 5.0).query(np.array([[-400.0 + 50.0j, 400.0 - 50.0j]]))
     assert index.tolist() == [[0, 1]]

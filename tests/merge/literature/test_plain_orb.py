@@ -7,7 +7,7 @@ from tests.merge.literature.crisp import blank, crisp_pair, off_share
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.3])
-def test_a_crisp_pair_is_found_and_believed(scale):
+def test_a_crisp_pair_is_found_and_accepted(scale):
     target, source, truth = crisp_pair(scale)
     method = PlainOrb()
     maps = method.describe(target), method.describe(source)
@@ -20,7 +20,7 @@ def test_a_crisp_pair_is_found_and_believed(scale):
     assert proposal.target_from_source.scale == scale
 
 
-def test_its_own_rule_asks_for_ten_inliers():
+def test_its_own_rule_requires_ten_inliers():
     target, source, _ = crisp_pair()
     eager, strict = PlainOrb(min_inliers=1), PlainOrb(min_inliers=100_000)
     verdicts = [

@@ -1,4 +1,4 @@
-"""The second face of methods: their own answer, in place of the common judge's."""
+"""Methods as published: their own answer instead of the common acceptance."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_every_published_method_is_a_proposer_too():
     assert set(published_names()) <= set(method_names())
 
 
-def test_the_answer_as_published_bears_no_evidence_of_the_judge(maps):
+def test_the_answer_as_published_has_no_evidence_of_the_common_acceptance(maps):
     (own,) = match_maps(maps, MergeSettings("orb", as_published=True))
     (common,) = match_maps(maps, MergeSettings("orb"))
     assert own.accepted
@@ -50,7 +50,7 @@ def test_swapping_the_maps_gives_the_inverse_of_the_published_answer(maps):
     assert one.confidence == other.confidence
 
 
-def test_matching_is_what_merging_does_first(maps):
+def test_matching_equals_the_first_step_of_merging(maps):
     settings = MergeSettings("orb", as_published=True)
     assert merge_maps(maps, settings).pairs[0].target_from_source == match_maps(maps, settings)[0].target_from_source
 
@@ -95,7 +95,7 @@ def odd_maps():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(published_names()))
-def test_maps_that_hold_next_to_nothing_get_an_answer_or_none_but_no_crash(name):
+def test_nearly_empty_maps_do_not_crash(name):
     method = MergeSettings(name).chosen_published
     grids = [
         OccupancyGrid(GridFrame(1.0, SE2(), cells.shape), cells.astype(np.float32)) for cells in odd_maps().values()

@@ -20,7 +20,7 @@ def mask():
     return np.random.default_rng(0).random((9, 13)) < 0.06
 
 
-def test_the_distance_map_by_brute_force(mask):
+def test_the_distance_map_equals_brute_force(mask):
     slow = [[nearest(mask, row, col) for col in range(13)] for row in range(9)]
     assert np.array_equal(manhattan(mask), slow)
 
@@ -40,7 +40,7 @@ def test_distances_of_moved_points_within_and_beyond_the_raster(mask):
             assert disagree[k] == pytest.approx(np.mean(np.equal(other, 0)))
 
 
-def test_poses_put_the_middle_where_they_say_and_are_undone_by_their_inverses():
+def test_poses_place_the_middle_and_have_inverses():
     poses = np.array([(3.0, -4.0, 0.5), (100.0, 7.0, -2.0)])
     middle, size = np.array([11.0, 22.0]), 1.4
     forward = matrices(poses, middle, size)
@@ -50,7 +50,7 @@ def test_poses_put_the_middle_where_they_say_and_are_undone_by_their_inverses():
         assert np.allclose(both.matrix(), Similarity2().matrix())
 
 
-def test_the_similarity_of_a_map_with_itself_is_best_where_it_lies():
+def test_the_similarity_of_a_map_with_itself_is_best_at_the_identity():
     _, source, _ = crisp_pair()
     method = RandomWalk()
     valued = method.describe(source)
@@ -61,7 +61,7 @@ def test_the_similarity_of_a_map_with_itself_is_best_where_it_lies():
     assert costs[0] < costs[1:].min()
 
 
-def test_steps_are_drawn_with_mean_and_covariance_of_the_last_ones():
+def test_steps_are_drawn_from_mean_and_covariance_of_the_last_ones():
     rng = np.random.default_rng(3)
     memory = rng.standard_normal((6, 1, 3)) * (5.0, 9.0, 2.0) + (20.0, 0.0, -3.0)
     drawn = np.array([_steps(memory, (0.4, 0.4, 0.003), rng)[0] for _ in range(20_000)])
@@ -79,7 +79,7 @@ def test_a_crisp_pair_of_one_scale_is_found():
     assert off_share(answer.target_from_source, truth, source) < 0.01
 
 
-def test_the_seed_decides_and_every_walk_proposes():
+def test_the_result_depends_on_the_seed_and_every_walk_proposes():
     target, source, _ = crisp_pair()
     method = RandomWalk(walks=5, steps=30)
     maps = method.describe(target), method.describe(source)

@@ -5,7 +5,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.literature.similarity_ransac import ransac_similarity
 
 
-def test_inliers_of_a_known_similarity_are_told_from_the_rest():
+def test_inliers_of_a_known_similarity_are_separated():
     rng = np.random.default_rng(5)
     truth, source = Similarity2(12.0, -7.0, 0.4, 1.7), rng.uniform(0, 100, (60, 2))
     target = truth.apply(source)
@@ -28,6 +28,6 @@ def test_the_proposal_is_fitted_on_the_inliers_within_the_scale():
     assert (free.matches, free.inliers) == (30, 25)
 
 
-def test_two_matches_fix_nothing_that_could_be_checked():
+def test_two_matches_give_no_proposal():
     points = np.array([[0.0, 0.0], [5.0, 5.0]])
     assert ransac_similarity(points, points, 3.0) is None

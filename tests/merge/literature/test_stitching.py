@@ -38,7 +38,7 @@ def test_proposals_keep_to_the_scale():
     assert off_share(proposal.target_from_source, truth, source) < 0.02
 
 
-def test_points_of_opencv_are_points_of_cells():
+def test_points_of_opencv_are_converted_to_cells():
     values = np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
     prepared_maps = [
         PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), one.shape), one))
@@ -49,13 +49,13 @@ def test_points_of_opencv_are_points_of_cells():
     assert np.abs(answer.target_from_source.matrix() - truth.matrix()).max() < 0.2
 
 
-def test_the_seed_decides():
+def test_the_result_depends_on_the_seed():
     target, source, _ = crisp_pair()
     answers = [published(Stitching(), target, source, seed).target_from_source for seed in (0, 0, 1)]
     assert answers[0] == answers[1] != answers[2]
 
 
-def test_below_its_confidence_nothing_is_believed():
+def test_below_its_confidence_the_answer_is_refused():
     target, source, _ = crisp_pair(1.0, 5)
     answer = published(Stitching(confidence=50.0), target, source)
     assert not answer.verdict.accepted

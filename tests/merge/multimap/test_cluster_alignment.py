@@ -24,7 +24,7 @@ def groups_of(poses, rng):
 
 
 def slow_support(chosen, other, first, second):
-    """Tell if the other edge may be right where this one puts the second cluster."""
+    """Check if the other edge is consistent with this one's placement of the second cluster."""
     said = first.poses[chosen.target] @ chosen.target_from_source @ second.poses[chosen.source].inverse()
     predicted = first.poses[other.target].inverse() @ said @ second.poses[other.source]
     between = first.poses[other.target].inverse() @ first.poses[chosen.target]

@@ -1,4 +1,4 @@
-"""Clusters of maps from right and wrong answers, without any cells: consistency of cycles alone."""
+"""Clusters of maps from right and wrong answers without cells: cycle consistency only."""
 
 import dataclasses
 import math
@@ -72,7 +72,7 @@ def test_wrong_answers_among_many_are_rejected_and_no_map_is_lost(seed, number):
     check_poses(group, poses)
 
 
-def test_one_wrong_answer_in_a_ring_of_right_ones_with_a_chord_is_found():
+def test_one_wrong_answer_in_a_cycle_with_a_chord_is_found():
     poses, rng = world(6, 1)
     ring = [(k, (k + 1) % 6) for k in range(6)]
     edges = [edge(poses, *pair, rng) for pair in [*ring, (0, 3), (1, 4)]]
@@ -83,8 +83,8 @@ def test_one_wrong_answer_in_a_ring_of_right_ones_with_a_chord_is_found():
     check_poses(group, poses)
 
 
-def test_cells_decide_where_a_triangle_is_ambiguous():
-    """The most certain of three answers is wrong, which only the cells can tell."""
+def test_cells_decide_an_ambiguous_triangle():
+    """The most confident of three answers is wrong, which only the cells reveal."""
     poses, rng = world(3, 3)
     edges = [
         edge(poses, 0, 1, rng, weight=2.0),
@@ -100,13 +100,13 @@ def test_cells_decide_where_a_triangle_is_ambiguous():
     assert ends(group.edges) == {(0, 1), (1, 2)}
 
 
-def test_maps_without_answers_are_clusters_of_their_own():
+def test_maps_without_answers_are_separate_clusters():
     poses, rng = world(6, 2)
     groups = consistent(6, [edge(poses, 0, 3, rng), edge(poses, 1, 4, rng), edge(poses, 4, 5, rng)], silent, False)
     assert [sorted(group.poses) for group in groups] == [[0, 3], [1, 4, 5], [2]]
 
 
-def test_clusters_are_not_joined_against_the_cells():
+def test_clusters_that_contradict_in_their_cells_are_not_joined():
     poses, rng = world(3, 4)
     edges = [edge(poses, 0, 1, rng), edge(poses, 1, 2, rng, wrong=True, weight=1.0)]
 
@@ -158,7 +158,7 @@ def test_true_poses_have_larger_log_odds_than_others():
 
 
 @pytest.mark.parametrize("fixed", [True, False])
-def test_a_fixed_scale_stays(fixed):
+def test_a_fixed_scale_is_kept(fixed):
     poses, rng = world(4, 8)
     poses = [Similarity2(p.x, p.y, p.yaw) for p in poses]
     edges = []
@@ -186,7 +186,7 @@ def test_a_slightly_wrong_answer_over_a_long_chain_is_rejected():
     assert squares.max() < ConsistencyModel(silent, fixed_scale=False).gate
 
 
-def test_a_certain_wrong_answer_keeps_no_map_out():
+def test_a_confident_wrong_answer_excludes_no_map():
     poses, rng = world(3, 9)
     edges = [
         edge(poses, 0, 1, rng, wrong=True, weight=3.0),

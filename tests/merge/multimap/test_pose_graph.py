@@ -59,7 +59,7 @@ def test_poses_are_packed_and_unpacked(unknowns):
 
 
 def test_a_cycle_distributes_its_error_by_covariance():
-    """Three maps in a row, the sum stated 3 too long by the third edge: each edge takes of it as it is uncertain."""
+    """Three maps in a row; the third edge is 3 too long: each edge takes a share by its covariance."""
     step = Similarity2(10.0, 0.0)
 
     def edge(a, b, x, variance):
@@ -73,8 +73,8 @@ def test_a_cycle_distributes_its_error_by_covariance():
     assert optimise_poses(found, surer, 0, fixed_scale=True)[2].x == pytest.approx(23.0, abs=1e-4)
 
 
-def test_a_metric_covariance_becomes_that_of_a_move_about_the_middle():
-    """By many draws: parameters in metres that scatter by the covariance scatter so in local cells."""
+def test_a_metric_covariance_is_converted_to_a_motion_about_the_middle():
+    """Checked by many draws of the parameters."""
     truth = Similarity2(100.0, -50.0, 0.6, 2.0)
     rng = np.random.default_rng(0)
     root = np.diag([0.3, 0.2, 0.002, 0.003]) @ rng.standard_normal((4, 4))
@@ -95,8 +95,8 @@ def test_a_metric_covariance_becomes_that_of_a_move_about_the_middle():
 
 
 @pytest.mark.parametrize("fixed", [True, False])
-def test_a_leave_one_out_residual_is_the_gain_of_leaving_the_edge_out(fixed):
-    """Least squares with and without each edge: the sum of squares falls by the strain. A bridge has none."""
+def test_a_leave_one_out_residual_is_the_drop_of_the_cost_without_the_edge(fixed):
+    """Least squares with and without each edge: the cost drops by the residual. A bridge has none."""
     rng = np.random.default_rng(3)
     poses = {k: Similarity2(*rng.uniform(-20, 20, 2), rng.uniform(-3, 3)) for k in range(5)}
     pairs = [(0, 1), (1, 2), (2, 3), (0, 3), (0, 2), (3, 4)]
@@ -123,4 +123,4 @@ def test_a_leave_one_out_residual_is_the_gain_of_leaving_the_edge_out(fixed):
         without, _ = squares([*edges[:k], *edges[k + 1 :]])
         assert found[k] == pytest.approx(whole - without, rel=0.03, abs=0.02)
     assert found[5] == 0.0
-    assert int(np.argmax(found)) in (2, 3)  # the two of the ring that no chord parts: none can tell which is wrong
+    assert int(np.argmax(found)) in (2, 3)  # no chord separates these two, so either may be wrong

@@ -65,7 +65,7 @@ def test_the_number_of_workers_changes_no_byte(three):
 
 
 def test_a_wrong_answer_is_refused_and_the_pair_recovered(three):
-    """The surest answer of three is wrong: the cells say which, and the pair is found where the others put it."""
+    """The most confident of three answers is wrong: the cells reveal it, and the others guide the new search."""
     maps, frames, before = three
     answers = {(p.target, p.source): p for p in before.pairs}
     right = answers["a", "c"]
@@ -128,7 +128,7 @@ def test_refused_answers_that_disagree_recover_no_map(three):
 
 
 def test_refused_answers_that_agree_on_a_wrong_pose_recover_no_map(three):
-    """Both put c three metres off, as one: what a and b have merged says otherwise."""
+    """Both place c three metres off; the merged map of a and b contradicts them."""
     maps, frames, before = three
     shift = Similarity2(3.0, -2.0)
     moves = {
@@ -212,7 +212,7 @@ def place(seed: int) -> OccupancyGrid:
 
 
 @pytest.mark.slow
-def test_twenty_maps_of_twenty_places_stay_apart():
+def test_twenty_maps_of_twenty_places_are_not_joined():
     grids = tuple(place(seed) for seed in range(20))
     ticks: list[tuple[int, int]] = []
     names = tuple(f"map_{k}" for k in range(20))
@@ -227,7 +227,7 @@ def test_twenty_maps_of_twenty_places_stay_apart():
     assert all(later[0] > earlier[0] for earlier, later in itertools.pairwise(ticks))
 
 
-def test_a_map_inside_another_joins_it_and_leaves_its_frame():
+def test_a_map_inside_another_joins_it_without_changing_the_frame():
     maps, _ = team(3)
     whole = maps.grids[0]
     rows, cols = np.nonzero(whole.known)
@@ -270,10 +270,10 @@ def test_each_cluster_gets_a_merged_map(three):
 
 
 def test_the_best_partners_of_each_map_are_selected():
-    promises = np.array([[0, 9, 8, 1], [9, 0, 7, 2], [8, 7, 0, 3], [1, 2, 3, 0]], float)
+    likelihoods = np.array([[0, 9, 8, 1], [9, 0, 7, 2], [8, 7, 0, 3], [1, 2, 3, 0]], float)
     pairs = [(a, b) for a in range(4) for b in range(a + 1, 4)]
-    assert best_partners(promises, pairs, 1) == [(0, 1), (0, 2), (2, 3)]
-    assert best_partners(promises, pairs, 3) == pairs
+    assert best_partners(likelihoods, pairs, 1) == [(0, 1), (0, 2), (2, 3)]
+    assert best_partners(likelihoods, pairs, 3) == pairs
 
 
 def test_blocks_and_their_order_contain_every_pair():
@@ -285,7 +285,7 @@ def test_blocks_and_their_order_contain_every_pair():
 
 
 def test_matching_order_keeps_maps_in_the_cache():
-    """Maps in a ring, numbered anyhow: of so many that were last matched, a map is mostly among them."""
+    """Maps in a ring in random order: a map is mostly among the last matched ones."""
     ring = np.random.default_rng(0).permutation(40).tolist()
     pairs = sorted(tuple(sorted((ring[k], ring[(k + j) % 40]))) for k in range(40) for j in (1, 2))
 

@@ -1,4 +1,4 @@
-"""How the merge of two maps goes from one proposer to the next."""
+"""Order of the proposers in the merge of a pair."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def merged(*proposers):
     return merge_pair(*features, ScaleRange.known(), proposers, RNG)
 
 
-def test_a_sure_answer_asks_no_further_proposer():
+def test_a_sure_answer_skips_further_proposers():
     truth = crisp_pair()[2]
     first, second = Fixed(truth), Fixed(truth)
     answer = merged(first, second)
@@ -42,7 +42,7 @@ def test_a_sure_answer_asks_no_further_proposer():
     assert not second.asked
 
 
-def test_nothing_from_the_first_asks_the_next():
+def test_without_proposals_the_next_proposer_runs():
     truth = crisp_pair()[2]
     first, second = Fixed(), Fixed(truth)
     answer = merged(first, second)
@@ -58,7 +58,7 @@ def test_a_wrong_proposal_does_not_hide_a_right_one():
     assert off_share(answer.target_from_source, truth, source) < 0.005
 
 
-def test_where_nobody_proposes_nothing_is_accepted():
+def test_without_any_proposal_the_pair_is_refused():
     answer = merged(Fixed(), Fixed())
     assert answer.target_from_source is None
     assert answer.verdict.reason == Reason.NOTHING_PROPOSED

@@ -9,7 +9,7 @@ from mapping.grid.pixel_matrix import pixel_matrix
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 
 
-def test_rows_are_flipped_and_greys_are_the_three():
+def test_rows_are_flipped_and_there_are_three_greys():
     grid = OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), (2, 3)), [[100, 0, -1], [0, 0, 0]])
     picture = trinary_picture(grid)
     assert picture.tolist() == [[255, 255, 255], [0, 255, 128]]

@@ -26,7 +26,7 @@ def test_the_truth_comes_first_among_sixty_percent_outliers(seed):
     assert best.matches == 100
 
 
-def test_the_scale_stays_in_its_bounds_where_a_collapse_would_gather_everything():
+def test_the_scale_stays_in_its_bounds_although_a_collapse_has_more_inliers():
     rng = np.random.default_rng(0)
     source = rng.uniform(0.0, 300.0, (50, 2))
     target = np.full((50, 2), 10.0) + rng.normal(0.0, 0.1, (50, 2))  # scale 0 makes every pair an inlier
@@ -56,7 +56,7 @@ def test_inliers_are_gated_in_cells_of_the_coarser_map():
     assert consensus(one_cell, source, ScaleRange(2.0, 2.0), rng, settings) == ()
 
 
-def test_two_answers_are_both_kept_and_lie_apart():
+def test_two_distinct_answers_are_kept():
     rng = np.random.default_rng(4)
     other = Similarity2(-120.0, 200.0, -1.0, 0.9)
     first, second = matched(rng, TRUTH, 30, 10), matched(rng, other, 25, 10)
@@ -66,7 +66,7 @@ def test_two_answers_are_both_kept_and_lie_apart():
     assert next_best.target_from_source.yaw == pytest.approx(other.yaw, abs=0.02)
 
 
-def test_too_few_pairs_propose_nothing():
+def test_too_few_matches_give_no_proposal():
     rng = np.random.default_rng(5)
     assert consensus(np.zeros((0, 2)), np.zeros((0, 2)), ScaleRange.free(), rng) == ()
     assert consensus(np.eye(2), np.eye(2), ScaleRange.free(), rng) == ()

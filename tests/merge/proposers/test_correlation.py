@@ -21,13 +21,13 @@ def world():
     return np.where(rooms(np.random.default_rng(11)).walls, 100, 0)
 
 
-def test_a_piece_is_found_where_it_was_cut_out(world):
+def test_a_cropped_map_is_found_at_its_position(world):
     target, piece = prepare(world), prepare(world[60:200, 100:280])
     best = correlate(target.layers, piece.layers, 1.0, [0.0])[0].target_from_source
     assert (best.x, best.y) == pytest.approx((100.0, 60.0), abs=3.0)  # a cell of the raster is 2.9 cells wide
 
 
-def test_a_piece_turned_and_shrunk_is_found_at_its_scale_and_turn_alone(world):
+def test_a_rotated_and_scaled_crop_is_found_only_at_its_rotation_and_scale(world):
     piece = np.rot90(np.kron(world, np.ones((2, 2), dtype=int))[120:400, 200:560], -1)  # rows up: turned by +90
     target, source = prepare(world), prepare(piece)
     truth = Similarity2(100.0, 60.0 + 140.0, -math.pi / 2, 0.5)
@@ -52,7 +52,7 @@ def faced(side):
     return values
 
 
-def test_the_side_that_a_wall_is_seen_from_counts():
+def test_the_side_of_a_wall_counts():
     above, below = prepare(faced(1)), prepare(faced(-1))
     same = correlate(above.layers, above.layers, 1.0, [0.0])[0]
     other = correlate(above.layers, below.layers, 1.0, [0.0], CorrelationSettings(peaks=50))
@@ -64,6 +64,6 @@ def near_nought(peak):
     return math.hypot(peak.target_from_source.x, peak.target_from_source.y) < 4.0
 
 
-def test_blank_maps_correlate_with_nothing_and_do_no_harm():
+def test_blank_maps_have_no_correlation():
     blank = prepare(np.full((30, 40), -1))
     assert all(peak.score == 0.0 for peak in correlate(blank.layers, blank.layers, 1.0, [0.0]))

@@ -1,4 +1,4 @@
-"""Landmarks: small things are found where they stand, and their pattern tells the transform."""
+"""Landmarks: small objects are found, and their pattern gives the transform."""
 
 import math
 
@@ -45,7 +45,7 @@ def proposals(target, source, scale=FREE):
     return MARKS.propose(MARKS.describe(target), MARKS.describe(source), scale, np.random.default_rng(0))
 
 
-def test_things_are_found_where_they_stand_and_as_large_as_they_are():
+def test_landmarks_have_the_right_position_and_size():
     centres, radii = np.array([(40.0, 30.5), (120.5, 90.0), (60.0, 150.0)]), (4.0, 7.0, 5.5)
     marks, diagonal = MARKS.describe(discs(centres, radii, 200, 160))
     assert diagonal == pytest.approx(math.hypot(200, 160))
@@ -54,7 +54,7 @@ def test_things_are_found_where_they_stand_and_as_large_as_they_are():
     np.testing.assert_allclose(marks[:, 2], 2.0 * np.array(radii)[order], atol=1.0)
 
 
-def test_a_long_wall_is_no_landmark_and_neither_is_a_speck():
+def test_long_walls_and_single_cells_are_not_landmarks():
     prepared = discs([(40.0, 30.0)], [4.0], 120, 160)
     values = prepared.grid.log_odds.copy()
     values[80:83, 10:150] = values[20, 120] = 1.0
@@ -70,7 +70,7 @@ def test_a_long_wall_is_no_landmark_and_neither_is_a_speck():
     shift=st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0)),
     seed=st.integers(0, 50),
 )
-def test_the_pattern_tells_the_transform_where_a_third_is_common(yaw, size, shift, seed):
+def test_the_transform_is_found_if_a_third_of_the_landmarks_is_common(yaw, size, shift, seed):
     centres, radii = trees(seed)
     order = np.argsort(centres[:, 0], kind="stable")
     centres, radii = centres[order], radii[order]
@@ -100,14 +100,14 @@ def test_a_known_scale_is_kept():
     assert not [p for p in proposals(prepared, prepared, ScaleRange(1.5, 2.0)) if (p.inliers or 0) > 6]
 
 
-def test_too_few_things_propose_nothing():
+def test_too_few_landmarks_give_no_proposal():
     few = discs([(40.0, 40.0), (90.0, 50.0), (60.0, 100.0)], [5.0, 5.0, 5.0], 150, 150)
     assert proposals(few, few) == ()
     nothing = PreparedMap(OccupancyGrid(GridFrame(1.0, SE2(), (5, 5)), np.zeros((5, 5), np.float32)))
     assert proposals(few, nothing) == ()
 
 
-def test_two_walks_in_a_wood_that_share_a_third_are_merged():
+def test_two_maps_of_a_wood_that_share_a_third_are_merged():
     rng = np.random.default_rng(2)
     walls = np.zeros((320, 640), dtype=bool)
     y, x = np.indices(walls.shape)

@@ -28,7 +28,7 @@ def test_correlation_alone_proposes_the_truth_with_scale_known_or_free(build, kn
     assert all(scale.low <= p.target_from_source.scale <= scale.high for p in proposals)
 
 
-def test_where_no_direction_is_likely_all_are_tried():
+def test_without_a_likely_rotation_all_are_tried():
     target, source, truth = two_prepared_maps(cave, 4, Similarity2(0.0, 0.0, 2.0))
     without_walls = [np.zeros(180)] * 2
     method = NormalCorrelation()

@@ -22,7 +22,7 @@ def prepare(values):
 
 
 @pytest.mark.parametrize("picture", [0, 1])
-def test_either_picture_alone_proposes_the_turn_of_a_world(world, picture):
+def test_each_picture_alone_proposes_the_rotation(world, picture):
     method, turned = Orb(), np.rot90(world, -1)  # rows up: counter-clockwise
     target, source = method.describe(prepare(turned)), method.describe(prepare(world))
     found = method.propose(
@@ -41,7 +41,7 @@ def test_bits_match_by_hamming_distance_and_ratio():
     assert (to.tolist(), of.tolist()) == ([0, 1], [0, 2])
 
 
-def test_a_blank_map_is_proposed_nothing(world):
+def test_a_blank_map_gets_no_proposal(world):
     method = Orb()
     blank, full = method.describe(prepare(np.zeros((40, 40), dtype=int))), method.describe(prepare(world))
     for target, source in ((blank, full), (full, blank), (blank, blank)):

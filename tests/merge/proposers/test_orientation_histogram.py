@@ -25,7 +25,7 @@ def off_deg(yaws, yaw):
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -2.0, 3.0])
-def test_the_turn_of_rectilinear_maps_is_among_few(yaw):
+def test_the_rotation_of_rectilinear_maps_is_among_few(yaw):
     target, source = prepared_maps(rooms, 3, yaw)
     yaws = likely_yaws(orientation_histogram(target.normals), orientation_histogram(source.normals))
     assert len(yaws) <= 8
@@ -33,14 +33,14 @@ def test_the_turn_of_rectilinear_maps_is_among_few(yaw):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_turn_of_caves_is_among_few(seed):
+def test_the_rotation_of_caves_is_among_few(seed):
     target, source = prepared_maps(cave, seed, 1.3)
     yaws = likely_yaws(orientation_histogram(target.normals), orientation_histogram(source.normals))
     assert len(yaws) <= 8
     assert off_deg(yaws, 1.3) < 7.0
 
 
-def test_turning_the_source_back_moves_the_correlation_by_as_many_degrees():
+def test_rotating_the_source_shifts_the_correlation():
     angles = np.radians(np.concatenate((np.full(60, 20.3), np.full(30, 71.3), np.full(10, 140.3))))
     target = orientation_histogram(np.stack((np.cos(angles), np.sin(angles)), axis=-1))
     source = orientation_histogram(np.stack((np.cos(angles - 0.9), np.sin(angles - 0.9)), axis=-1))
@@ -49,7 +49,7 @@ def test_turning_the_source_back_moves_the_correlation_by_as_many_degrees():
     assert correlate_histograms(target, target).max() == pytest.approx(1.0)
 
 
-def test_without_walls_nothing_is_likely():
+def test_without_walls_no_rotation_is_likely():
     blank = orientation_histogram(np.zeros((5, 2)))
     assert not blank.any()
     assert likely_yaws(blank, blank) == []

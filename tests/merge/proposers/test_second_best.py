@@ -12,7 +12,7 @@ def off(proposals, truth, points):
     return min(np.hypot(*(p.target_from_source.apply(points) - truth.apply(points)).T).mean() for p in proposals)
 
 
-def test_the_next_room_of_a_row_is_a_rival():
+def test_an_adjacent_equal_room_is_found_as_second_best():
     world, rng = equal_rooms(), np.random.default_rng(0)
     part = viewpoints(world, rng, (4.3, 0.3), (19.5, 11.7), number=30)
     prepared = PreparedMap(observed(world, part, Similarity2(), rng))
@@ -22,7 +22,7 @@ def test_the_next_room_of_a_row_is_a_rival():
         assert off(proposals, Similarity2(shift), prepared.points) < 4.0
 
 
-def test_a_hall_turned_by_half_is_its_own_rival():
+def test_a_symmetric_hall_has_a_second_best_at_half_a_turn():
     world, rng = hall(), np.random.default_rng(1)
     grid = observed(world, viewpoints(world, rng, (0.3, 0.3), (13.7, 8.7), number=30), Similarity2(), rng)
     prepared = PreparedMap(grid)

@@ -6,7 +6,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.records.prior import Prior, expected_poses
 
 
-def test_two_start_poses_say_where_one_map_lies_on_the_other():
+def test_two_start_poses_give_the_transform_of_a_pair():
     places = expected_poses([Prior("a", 1.0, 2.0, math.pi / 2.0), Prior("b", 1.0, 5.0, math.pi, 0.5)], None)
     expected = places["a", "b"]
     assert expected.target_from_source.x == pytest.approx(3.0)
@@ -31,12 +31,12 @@ def test_an_answer_within_three_deviations_is_allowed():
         ([Prior("a", 0, 0, 0), Prior("a", 1, 0, 0)], "a has more than one"),
     ],
 )
-def test_priors_that_say_nothing_are_refused(priors, says):
+def test_useless_priors_are_refused(priors, says):
     with pytest.raises(ValueError, match=says):
         expected_poses(priors, None)
 
 
 @pytest.mark.parametrize("sigma", [0.0, -1.0, math.inf])
-def test_a_deviation_must_be_one(sigma):
+def test_a_standard_deviation_must_be_positive(sigma):
     with pytest.raises(ValueError, match="prior of a: sigma"):
         Prior("a", 0.0, 0.0, 0.0, sigma)

@@ -81,7 +81,7 @@ def test_a_bad_bound_is_named(name, value):
         AcceptanceSettings(**{name: value})
 
 
-def test_what_contradicts_weighs_more_the_more_is_shared_but_no_more_than_bent_maps_bear():
+def test_contradiction_weighs_more_with_overlap_up_to_the_limit_for_distorted_maps():
     def confidence(deep: float, overlap: float = 0.3) -> float:
         return decide(dataclasses.replace(GOOD, deep_free_space_violation=deep, overlap=overlap)).confidence
 
@@ -89,7 +89,7 @@ def test_what_contradicts_weighs_more_the_more_is_shared_but_no_more_than_bent_m
     assert confidence(0.4) == confidence(0.8)
 
 
-def test_no_walls_in_a_length_is_refused_without_a_fault():
+def test_no_inlier_length_is_refused_without_a_crash():
     nothing = dataclasses.replace(GOOD, inlier_length_cells=0.0, score=0.0, second_best_score=0.0, normal_isotropy=0.0)
     assert decide(nothing).reason == Reason.LITTLE_STRUCTURE
 

@@ -32,7 +32,7 @@ def test_shifted_by_one_column_by_hand():
     assert (common.agree, common.disagree) == (3.0, 0.0)
 
 
-def test_a_cell_is_asked_where_its_centre_falls():
+def test_a_cell_is_looked_up_at_its_centre():
     assert compare_cells(A, B, Similarity2(0.6, 0.0)) == compare_cells(A, B, Similarity2(1.0, 0.0))
     assert compare_cells(A, B, Similarity2(0.4, -0.4)) == compare_cells(A, B, Similarity2.identity())
 
@@ -55,13 +55,13 @@ def test_swapping_the_maps_changes_nothing():
     assert (one.agree, one.disagree, one.smaller) == pytest.approx((other.agree, other.disagree, other.smaller))
 
 
-def test_maps_apart_have_no_index():
+def test_disjoint_maps_have_no_index():
     common = compare_cells(A, B, Similarity2(50.0, 0.0))
     assert common.acceptance_index is None
     assert common.overlap == 0.0
 
 
-def test_centres_lie_half_a_cell_in():
+def test_centres_are_offset_by_half_a_cell():
     mask = np.zeros((3, 5), dtype=bool)
     mask[2, 0] = mask[1, 4] = True
     assert centres(mask).tolist() == [[4.5, 1.5], [0.5, 2.5]]

@@ -36,7 +36,7 @@ def difference(there, here):
 
 
 @given(similarities, similarities, similarities, numbers, moves)
-def test_a_move_of_the_cells_is_one_of_the_parameters(answer, target, source, middle, move):
+def test_a_motion_of_the_cells_is_a_motion_of_the_parameters(answer, target, source, middle, move):
     centre = answer.apply(np.array([middle, 10.0]))
     metric = target @ answer @ source.inverse()
     expected = difference(target @ moved(answer, centre, move) @ source.inverse(), metric)
@@ -101,7 +101,7 @@ def test_a_known_scale_is_exact_and_helps_the_rest(crisp):
     assert np.all(np.diag(known)[:3] <= np.diag(free)[:3] * (1.0 + 1e-9))
 
 
-def test_swapping_the_maps_gives_that_of_the_inverse(crisp):
+def test_swapping_the_maps_gives_the_covariance_of_the_inverse(crisp):
     target, source, answer = crisp
     there = uncertainty(target, source, answer, ScaleRange.free()).inverse(answer)
     back = uncertainty(source, target, answer.inverse(), ScaleRange.free())
@@ -109,7 +109,7 @@ def test_swapping_the_maps_gives_that_of_the_inverse(crisp):
         assert 0.5 < one / other < 2.0  # the patches are cut elsewhere
 
 
-def test_along_a_bare_corridor_nothing_is_known_and_across_it_much():
+def test_a_bare_corridor_is_uncertain_along_and_certain_across():
     target, source = prepared_maps(corridor(), 1, (((8.0, 0.5), (20.0, 2.2)), ((14.0, 0.5), (30.0, 2.2))))
     answer = aligned(target, source)
     lengths, axes = np.linalg.eigh(uncertainty(target, source, answer, ScaleRange.known()).covariance[:2, :2])
@@ -117,13 +117,13 @@ def test_along_a_bare_corridor_nothing_is_known_and_across_it_much():
     assert math.sqrt(lengths[1]) > 50.0 * math.sqrt(lengths[0])
 
 
-def test_without_any_wall_on_a_wall_only_the_size_of_the_maps_is_known(crisp):
+def test_without_matching_walls_only_the_size_of_the_maps_bounds_the_answer(crisp):
     target, source, _ = crisp
     deviations = np.sqrt(np.diag(uncertainty(target, source, Similarity2(1e5), ScaleRange.free()).covariance))
     np.testing.assert_allclose(deviations[:2], min(target.diagonal, source.diagonal))
 
 
-def test_exactness_is_the_share_of_draws_that_count_as_right():
+def test_precision_probability_is_the_share_of_draws_within_tolerance():
     sigma = math.radians(1.5), 0.02
     estimated = Uncertainty(np.zeros(2), np.diag([9.0, 9.0, sigma[0] ** 2, sigma[1] ** 2])).precision_probability
     turn, growth = np.random.default_rng(0).laplace(size=(2, 200_000)) * np.array(sigma)[:, None] / math.sqrt(2.0)
@@ -131,6 +131,6 @@ def test_exactness_is_the_share_of_draws_that_count_as_right():
     assert estimated == pytest.approx(right.mean(), abs=0.005)
 
 
-def test_a_known_scale_takes_nothing_from_exactness():
+def test_a_known_scale_does_not_lower_the_precision_probability():
     known = Uncertainty(np.zeros(2), np.diag([1.0, 1.0, 1e-8, 0.0]))
     assert known.precision_probability == pytest.approx(1.0)

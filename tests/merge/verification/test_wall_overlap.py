@@ -29,7 +29,7 @@ def room(shape=(60, 80), wall=3):
 SAME = Similarity2.identity()
 
 
-def test_the_surface_lies_in_the_first_occupied_cells_and_looks_into_the_free_space():
+def test_the_surface_is_in_the_first_occupied_cells_with_normals_to_free_space():
     found = prepare(room())
     low = found.points[np.abs(found.points[:, 0] - 40.5) < 0.1]
     assert sorted(low[:, 1].tolist()) == pytest.approx([2.5, 57.5])
@@ -59,7 +59,7 @@ def test_both_sides_of_a_wall_thinner_than_the_tolerance_find_their_own():
     assert walls.opposed_length == 0.0
 
 
-def test_a_map_on_itself_agrees_wholly():
+def test_a_map_on_itself_has_full_overlap():
     walls = measure_wall_overlap(prepare(room()), prepare(room()), SAME)
     assert walls.inlier_length == len(prepare(room()).points)
     assert (walls.opposed_length, walls.violation_length) == (0.0, 0.0)
@@ -84,7 +84,7 @@ def test_a_wall_seen_from_the_other_side_does_not_count_as_the_same():
     assert (both_sides.inlier_length, both_sides.opposed_length) == (0.0, 0.0)
 
 
-def test_walls_that_all_run_one_way_have_no_spread_and_a_square_room_has_most():
+def test_parallel_walls_have_no_normal_isotropy_and_a_square_room_has_most():
     corridor = np.zeros((30, 90), dtype=int)
     corridor[:3] = corridor[-3:] = 100
     assert measure_wall_overlap(prepare(corridor), prepare(corridor), SAME).normal_isotropy == pytest.approx(
@@ -122,6 +122,6 @@ def test_the_tolerance_is_one_and_a_half_cells_of_the_coarser_map_or_a_share_of_
     assert tolerance_cells(large, large, 0.5) == pytest.approx(0.5 * tolerance_cells(large, large, 2.0))
 
 
-def test_blank_maps_agree_on_nothing():
+def test_blank_maps_have_no_overlap():
     walls = measure_wall_overlap(prepare(np.full((5, 5), -1)), prepare(np.zeros((1, 1))), SAME)
     assert walls.score == 0.0 and walls.compared_length == 0.0 and not math.isnan(walls.normal_isotropy)

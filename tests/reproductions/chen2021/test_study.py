@@ -1,4 +1,4 @@
-"""The study on short missions: its answers against the truth, its files, and what an interruption leaves."""
+"""The reproduction on short missions: answers, files, and interruptions."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ def test_every_picture_is_there(study):
     assert len(names) == 2 + 2 + sum(not case.team for case in CASES)
 
 
-def test_answers_are_scored_against_where_the_robots_began(study, hall):
-    """An oracle of its own: the answer's error at the common cells, from the poses of both starts."""
+def test_answers_are_scored_against_the_true_starts(study, hall):
+    """An independent oracle: the error at the common cells, from the poses of both starts."""
     for row in rows(study / "answers.csv"):
         if row["case"] != "set 1":
             continue
@@ -118,7 +118,7 @@ def test_maps_of_one_mission_share_its_start_and_differ_as_the_case_says(hall):
     assert walls["set 3"] > walls["noise 0.05 m"]
 
 
-def test_at_the_truth_maps_agree_and_a_metre_off_they_do_not(hall):
+def test_maps_agree_at_the_truth_and_not_a_metre_away(hall):
     target, source = hall[BASE], hall["0.025 m cells"]
     truth = Similarity2.from_se2(target.world_from_map.inverse() @ source.world_from_map)
     assert compared_cells(target, source).acceptance_index > 0.97
@@ -135,7 +135,7 @@ def test_the_floors_team_is_right_only_where_its_pairs_are(study):
     assert set(maps) == set(FLOOR_MAPS)
 
 
-def test_maps_survive_their_file(hall, tmp_path):
+def test_maps_survive_a_round_trip(hall, tmp_path):
     (tmp_path / "maps.npz").write_bytes(maps_bytes(hall))
     again = read_maps(tmp_path / "maps.npz")
     for name, each in hall.items():
@@ -144,7 +144,7 @@ def test_maps_survive_their_file(hall, tmp_path):
         assert again[name].world_from_map == each.world_from_map
 
 
-def test_interrupted_it_goes_on_and_ends_the_same(study, tmp_path, short):
+def test_an_interrupted_study_continues_and_ends_the_same(study, tmp_path, short):
     out = tmp_path / "study"
 
     def interrupt(done: int, total: int) -> None:
@@ -170,29 +170,29 @@ def test_maps_that_were_damaged_are_made_again(study, tmp_path, short):
     assert hashes(out / "maps") == hashes(study / "maps")
 
 
-def test_a_finished_study_takes_more_methods_without_asking_for_the_old_ones(study, tmp_path):
+def test_a_finished_study_accepts_more_methods_without_running_the_old_ones(study, tmp_path):
 
     out = Path(shutil.copytree(study, tmp_path / "study"))
-    told = []
+    reported = []
     more = StudySpec(1, (*METHODS, "sift_orb as published"))
-    make_study(more, out, Runner(), lambda done, total: told.append((done, total)))
-    assert told[0] == (6, 8)
+    make_study(more, out, Runner(), lambda done, total: reported.append((done, total)))
+    assert reported[0] == (6, 8)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("--seeds", "0"), "--seeds 0: must lie between 1 and 1000"),
         (("--method", "surf"), "--method surf: must be one of sift as published,"),
         (("--method", "sift", "--method", "sift"), "--method sift: is named twice"),
     ],
 )
-def test_a_bad_option_is_refused_before_anything_is_written(arguments, told, tmp_path, capfd):
-    assert refused(capfd, "--out", str(tmp_path / "study"), *arguments).startswith(f"chen2021: {told}")
+def test_a_bad_option_is_refused_before_anything_is_written(arguments, message, tmp_path, capfd):
+    assert refused(capfd, "--out", str(tmp_path / "study"), *arguments).startswith(f"chen2021: {message}")
     assert not (tmp_path / "study").exists()
 
 
-def test_a_foreign_folder_is_left_alone(tmp_path, capfd):
+def test_a_foreign_folder_is_refused(tmp_path, capfd):
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters/dear.txt").write_text("hello", encoding="utf-8")
     assert "refusing to write into it" in refused(capfd, "--out", str(tmp_path / "letters"), "--seeds", "1")

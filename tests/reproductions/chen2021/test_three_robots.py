@@ -1,4 +1,4 @@
-"""The three robots of the floor, on small maps whose truth is set by hand."""
+"""The team of three robots, on small maps with a truth set by hand."""
 
 import math
 
@@ -50,7 +50,7 @@ def scored(maps, placed, accepted=True):
     return _scored_team(TEAM, maps, MergeSettings("sift"), 0, placed, accepted).pair
 
 
-def test_two_right_pairs_put_all_three_in_place_whatever_the_third_says(maps):
+def test_two_right_pairs_place_all_three_robots(maps):
     placed, accepted = chained(all_pairs(one_two=Similarity2(100.0, -7.0, 3.0, 0.4)))
     assert accepted
     found = scored(maps, placed)
@@ -61,12 +61,12 @@ def test_two_right_pairs_put_all_three_in_place_whatever_the_third_says(maps):
 
 
 @pytest.mark.parametrize("pair_name", ["one_three", "two_three"])
-def test_one_wrong_pair_spoils_the_three(maps, pair_name):
+def test_one_wrong_pair_makes_the_team_wrong(maps, pair_name):
     placed, _ = chained(all_pairs(**{pair_name: Similarity2(1.0, 2.0, 0.1)}))
     assert not scored(maps, placed).right
 
 
-def test_without_an_answer_for_a_pair_the_team_is_not_whole(maps):
+def test_without_an_answer_for_a_pair_the_team_is_incomplete(maps):
     pairs = all_pairs()
     pairs["robot 2", "robot 3"] = pair("robot 2", "robot 3", None, accepted=False)
     placed, accepted = chained(pairs)
@@ -86,7 +86,7 @@ def test_the_error_of_a_team_is_the_greatest_of_any_two(maps, off, right):
     assert found.error.displacement_cells == pytest.approx(off / 0.05)
 
 
-def test_turns_and_scales_of_a_team_count(maps):
+def test_rotations_and_scales_of_a_team_count(maps):
     placed = {name: truth("robot 3", name) for name in FLOOR_MAPS}
     about = placed["robot 2"].apply(np.array([1.0, -0.5]))  # the middle of its cells
     turned = Similarity2(*about, math.radians(6.0), 1.0) @ Similarity2(*about).inverse()

@@ -28,7 +28,7 @@ def chosen(how: Starts, seed: int, robots: tuple[RobotSettings, ...] = TEAM) -> 
 
 
 @pytest.mark.parametrize("how", ["random", "spread", "close"])
-def test_all_stand_clear(how: Starts) -> None:
+def test_all_starts_are_clear(how: Starts) -> None:
     for seed in range(3):
         starts = chosen(how, seed)
         assert make_world("office", seed).clearance([(start.x, start.y) for start in starts]).min() >= 0.5
@@ -44,7 +44,7 @@ def test_spread_is_farther_than_random_and_close_is_nearer() -> None:
         assert max(gaps(chosen("close", seed))) < 4.5
 
 
-def test_close_robots_are_not_told_apart_by_a_wall() -> None:
+def test_close_robots_are_not_separated_by_a_wall() -> None:
     wall = World("wall", 0, (20, 8), (box(9.9, 0, 10.1, 7),))
     for seed in range(8):
         starts = choose_starts(np.random.default_rng(seed), wall, TEAM[:4], "close")
@@ -63,7 +63,7 @@ def test_given_starts_are_kept_and_the_others_keep_away() -> None:
 
 
 @pytest.mark.parametrize(
-    ("starts", "told"),
+    ("starts", "message"),
     [
         ([SE2(4.1, 1.0)], r"start 0 at \(4.1, 1\) is in a wall of world 'two rooms'"),
         ([SE2(0.3, 1.0)], r"start 0 at \(0.3, 1\) is 0.10 m from a wall"),
@@ -71,8 +71,8 @@ def test_given_starts_are_kept_and_the_others_keep_away() -> None:
         ([SE2(1, 1), SE2(9, 1)], r"start 1 at \(9, 1\) is outside world 'two rooms' of 8 x 5 m"),
     ],
 )
-def test_bad_starts_are_refused_with_what_and_where(two_rooms: World, starts: list[SE2], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_bad_starts_are_refused_with_what_and_where(two_rooms: World, starts: list[SE2], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         choose_starts(np.random.default_rng(0), two_rooms, [RobotSettings(start=start) for start in starts])
 
 

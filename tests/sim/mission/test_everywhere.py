@@ -1,4 +1,4 @@
-"""Robots get on in every family of worlds, on both drives, and hit nothing."""
+"""Robots explore every family of worlds, on both drives, without collisions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from worlds.families.registry import FAMILIES, make_world
 
 @pytest.mark.parametrize("drive", ["velocity", "wheels"])
 @pytest.mark.parametrize("name", FAMILIES)
-def test_robots_drive_off_and_touch_nothing(name: str, drive: Drive) -> None:
+def test_robots_move_and_touch_nothing(name: str, drive: Drive) -> None:
     seed = 100 + list(FAMILIES).index(name)
     world = make_world(name, seed)
     mission, _ = simulate(world, MissionSettings(2, 5.0, drive=drive), seed)

@@ -1,4 +1,4 @@
-"""When cells were seen, coverage over time, and missions cut to an overlap."""
+"""Times at which cells were observed, coverage over time, and missions cut to an overlap."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def long_mission() -> Mission:
 
 
 @pytest.mark.parametrize("scans", [1, 40, 121])
-def test_what_was_seen_after_some_scans_is_what_they_observe(mission: Mission, scans: int) -> None:
+def test_cells_seen_after_some_scans_are_those_that_the_scans_observe(mission: Mission, scans: int) -> None:
     frame = true_raster(mission.world).frame
     truth = mission.robots[1]
     assert ((first_seen(truth, frame) <= scans) != observed(truth.part(0, scans), frame)).mean() < 1e-5
 
 
-def test_what_beams_without_a_return_saw_is_what_they_observe() -> None:
+def test_cells_cleared_by_beams_without_a_return_are_observed() -> None:
     trees = tuple(disc(x, y, 0.3, 12) for x in (2.0, 7.0, 12.0) for y in (2.0, 7.0, 12.0))
     park = World("park", 0, (14.0, 14.0), trees, fence=box(1.0, 1.0, 13.0, 13.0))
     mission, _ = simulate(park, MissionSettings(1, 1.0), 1)
@@ -47,7 +47,7 @@ def test_what_beams_without_a_return_saw_is_what_they_observe() -> None:
         )
 
 
-def test_an_overlap_is_reached_as_beams_that_clear_see_it() -> None:
+def test_the_reached_overlap_includes_beams_without_a_return() -> None:
     world, settings = make_world("outdoor", 1, 15.0, 15.0), MissionSettings(2, 8.0, overlap=(0.6, 0.8))
     mission, _ = simulate(world, settings, 1, clear_range=12.0)
     frame = true_raster(world).frame
@@ -69,7 +69,7 @@ def test_coverage_grows_to_what_the_robots_observed(mission: Mission) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("wanted", [(0.5, 0.7), (0.75, 0.95)])
-def test_a_cut_mission_overlaps_as_wanted(long_mission: Mission, wanted: tuple[float, float]) -> None:
+def test_a_cut_mission_has_the_requested_overlap(long_mission: Mission, wanted: tuple[float, float]) -> None:
     frame = true_raster(long_mission.world).frame
     cut = cut_to_overlap(long_mission.robots, frame, wanted)
     short = long_mission.cut(cut.scans)
@@ -82,14 +82,14 @@ def test_a_cut_mission_overlaps_as_wanted(long_mission: Mission, wanted: tuple[f
     assert tuple(len(truth.scans) for truth in short.robots) == cut.scans
 
 
-def test_nothing_is_cut_where_all_overlaps_will_do(long_mission: Mission) -> None:
+def test_nothing_is_cut_if_any_overlap_is_allowed(long_mission: Mission) -> None:
     frame = true_raster(long_mission.world).frame
     cut = cut_to_overlap(long_mission.robots, frame, (0.0, 1.0))
     assert (cut.scans, cut.error) == ((401, 401, 401), 0.0)
 
 
-def test_the_best_of_two_robots_is_the_best_there_is(long_mission: Mission) -> None:
-    """Against every pair of ends, by footprints."""
+def test_the_best_ends_of_two_robots_equal_an_exhaustive_search(long_mission: Mission) -> None:
+    """Compared with every pair of ends, by footprints."""
     frame = true_raster(long_mission.world).frame
     pair, wanted = long_mission.robots[:2], (0.4, 0.45)
     counts = np.maximum(1, np.rint(401 * np.linspace(0.05, 1.0, 60))).astype(int)
@@ -113,7 +113,7 @@ def test_an_overlap_is_reached_by_other_starts_or_the_nearest_is_kept() -> None:
     assert len(out_of_reach.robots) == 3
 
 
-def test_close_starts_are_tried_first_where_much_overlap_is_wanted() -> None:
+def test_close_starts_are_tried_first_for_large_overlaps() -> None:
     much, little = (start_attempts(MissionSettings(2, overlap=wanted)) for wanted in ((0.7, 0.9), (0.0, 0.2)))
     assert [each.starts for each in much] == ["random", "close", "spread"]
     assert [each.starts for each in little] == ["random", "spread", "close"]

@@ -1,4 +1,4 @@
-"""Two robots that meet: who waits, who makes way, and that both get on."""
+"""Two robots that meet: right of way, yielding, and progress of both."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_two_robots_that_meet_in_a_door_both_pass_soon(seed: int) -> None:
     assert second[:240].min() < 4.5
 
 
-def test_the_one_in_the_narrow_place_waits_longest_and_equals_do_not_wait_alike() -> None:
+def test_the_robot_with_less_room_waits_longer_and_ties_are_broken() -> None:
     assert waiting_time(1.0, 0.5, 0) < waiting_time(0.7, 0.7, 0) < waiting_time(0.5, 1.0, 0)
     assert waiting_time(0.7, 0.7, 0) < waiting_time(0.7, 0.7, 1)
 
@@ -55,7 +55,7 @@ def test_room_is_the_distance_to_the_nearest_wall() -> None:
     assert wall_distance(np.empty((0, 2)), np.zeros(2)) == math.inf
 
 
-def test_only_what_stands_near_and_on_the_path_is_in_the_way() -> None:
+def test_only_robots_near_the_path_block_it() -> None:
     path = np.stack((np.linspace(0.0, 5.0, 51), np.zeros(51)), axis=-1)
     here = np.zeros(2)
     assert blocks_path(path, np.array([(0.8, 0.1)]), here)
@@ -64,7 +64,7 @@ def test_only_what_stands_near_and_on_the_path_is_in_the_way() -> None:
     assert not blocks_path(path, np.empty((0, 2)), here)
 
 
-def test_a_robot_makes_way_beside_the_others_way_and_keeps_its_distance() -> None:
+def test_a_robot_yields_beside_the_path_and_keeps_its_distance() -> None:
     occupancy = np.full((60, 80), 100, dtype=np.int8)
     occupancy[1:-1, 1:-1] = 0
     grid = OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(), (60, 80)), occupancy)
@@ -76,7 +76,7 @@ def test_a_robot_makes_way_beside_the_others_way_and_keeps_its_distance() -> Non
     assert math.dist((x, y), other) > 1.0
 
 
-def test_what_stands_on_bare_floor_moves_and_leaves_no_ghost() -> None:
+def test_moving_robots_leave_no_obstacles_behind() -> None:
     frame = GridFrame(0.1, SE2(), (40, 40))
     occupancy = np.zeros((40, 40), dtype=np.int8)
     occupancy[:, 30] = 100
@@ -96,7 +96,7 @@ def test_what_stands_on_bare_floor_moves_and_leaves_no_ghost() -> None:
     assert floor.static_map(grid, points[:1]).occupied[30, 20]
 
 
-def test_the_tracker_finds_a_steady_velocity_and_forgets_a_leap() -> None:
+def test_the_tracker_estimates_a_constant_velocity_and_resets_after_a_jump() -> None:
     tracker, arc = Tracker(), np.array([(1.0, -0.1), (0.95, 0.0), (1.0, 0.1)])
     for k in range(12):
         drifts = tracker.drifts(0.1 * k, np.concatenate((arc - (0.04 * k, 0.0), [(9.0, 9.0)])), np.zeros(2))
@@ -105,7 +105,7 @@ def test_the_tracker_finds_a_steady_velocity_and_forgets_a_leap() -> None:
     assert not tracker.drifts(1.2, arc + np.array((3.0, 0.0)), np.zeros(2)).any()
 
 
-def test_a_robot_off_its_path_is_led_back_to_it_and_not_to_its_end() -> None:
+def test_a_robot_off_its_path_returns_to_the_path() -> None:
     path = np.stack((np.linspace(0.0, 5.0, 51), np.zeros(51)), axis=-1)
     on_it, beside, far = (lookahead_segment(path, np.array(here)) for here in ((1.0, 0.0), (1.0, 0.5), (1.0, 2.0)))
     assert on_it[[0, -1], 0] == pytest.approx((1.3, 2.0), abs=0.11)
@@ -122,7 +122,7 @@ class Parked:
         return 0.0, 0.0
 
 
-def test_a_robot_shut_in_by_another_waits_and_goes_on_once_the_door_is_free() -> None:
+def test_a_blocked_robot_waits_until_the_door_is_free() -> None:
     world, lidar, door, away = World("door", 0, (10.0, 5.0), DOOR), Lidar(), SE2(5.0, 2.45), SE2(8.5, 1.0)
     policy = FrontierExploration(lidar)
     navigator = Navigator(RobotSettings(lidar, DriveLimits(speed=0.3)), 0, policy, Stopwatch())

@@ -1,4 +1,4 @@
-"""Missions: laws that hold for each, and that equal seeds make equal ones."""
+"""Missions: laws that hold for each, and reproducibility."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def test_velocity_limits_hold_between_scans(mission: Mission) -> None:
         assert np.abs(turns).max() <= limits.turn_rate * 0.1 + 1e-6
 
 
-def test_robots_get_somewhere(mission: Mission) -> None:
+def test_robots_travel(mission: Mission) -> None:
     assert min(truth.trajectory.distance() for truth in mission.robots) > 0.4 * 0.6 * 12.0
 
 
 def test_hits_end_on_walls_or_on_robots(mission: Mission) -> None:
-    """Frames, mounting and flags at once: where the true poses put a hit, something stands."""
+    """Checks frames, mounting and flags: at each hit there is an obstacle or a robot."""
     poses = [truth.trajectory for truth in mission.robots]
     for index, truth in enumerate(mission.robots):
         for k in (0, 60, 120):
@@ -109,15 +109,15 @@ def test_a_robot_sees_all_of_two_rooms_and_then_stands_still(two_rooms: World) -
     assert mission.contacts == (0,)
 
 
-def test_progress_and_times_are_told() -> None:
-    told: list[float] = []
-    _, times = simulate(make_world("office", 1), MissionSettings(duration=0.5), 0, told.append)
-    assert told == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
+def test_progress_and_times_are_reported() -> None:
+    reported: list[float] = []
+    _, times = simulate(make_world("office", 1), MissionSettings(duration=0.5), 0, reported.append)
+    assert reported == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     parts = times.building + times.physics + times.rays + times.mapping + times.planning
     assert 0.5 * times.total < parts <= times.total
 
 
-def test_an_odd_rate_keeps_time() -> None:
+def test_an_odd_rate_keeps_exact_stamps() -> None:
     lidar = Lidar(beams=20, angle_increment=math.tau / 20, rate=7.0, base_from_lidar=SE2())
     mission, _ = simulate(make_world("office", 1), MissionSettings((RobotSettings(lidar),), duration=2.0), 0)
     assert mission.robots[0].trajectory.stamps.tolist() == [k / 7.0 for k in range(15)]

@@ -1,4 +1,4 @@
-"""Missions on disk: exact there and back, and what they refuse."""
+"""Missions on disk: exact round trips and refusals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def folder(mission: Mission, tmp_path: Path) -> Path:
     return tmp_path / "mission"
 
 
-def test_a_mission_comes_back_bit_for_bit(mission: Mission, folder: Path, tmp_path: Path) -> None:
+def test_a_mission_round_trip_is_exact(mission: Mission, folder: Path, tmp_path: Path) -> None:
     again = load_mission(folder)
     assert (again.world, again.seed, again.settings) == (mission.world, mission.seed, mission.settings)
     assert again.contacts == mission.contacts
@@ -116,9 +116,7 @@ def test_a_malformed_record_is_named(folder: Path, field: str, value: object) ->
         ("stamps", lambda stamps: stamps.astype(str)),
     ],
 )
-def test_arrays_that_no_mission_leaves_are_refused_by_name(
-    folder: Path, name: str, change: Callable[[Any], Any]
-) -> None:
+def test_invalid_arrays_are_refused_by_name(folder: Path, name: str, change: Callable[[Any], Any]) -> None:
     path = folder / "robot_1.npz"
     with np.load(path) as archive:
         arrays = dict(archive)
@@ -127,7 +125,7 @@ def test_arrays_that_no_mission_leaves_are_refused_by_name(
         load_mission(folder)
 
 
-def test_a_lidar_that_nobody_knows_is_refused_by_name(folder: Path) -> None:
+def test_an_unknown_lidar_is_refused_by_name(folder: Path) -> None:
     record = json.loads((folder / "mission.json").read_text())
     record["settings"]["robots"][0]["lidar"]["model"] = "magic"
     (folder / "mission.json").write_text(json.dumps(record))

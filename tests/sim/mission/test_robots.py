@@ -54,7 +54,7 @@ def test_no_robot_speeds_up_faster_than_it_can(drive: Drive, slack: float) -> No
     assert speeds.max() > 0.5
 
 
-def test_wheels_drive_what_is_commanded_but_for_slip() -> None:
+def test_wheels_follow_commands_except_for_slip() -> None:
     with BulletScene(NOTHING, [SE2(40, 40, 0.5)], drive="wheels") as scene:
         scene.advance([(0.0, 1.5)], 1 / 240, 480)
         turned = scene.pose(0)
@@ -69,7 +69,7 @@ def test_wheels_drive_what_is_commanded_but_for_slip() -> None:
     assert math.dist((begin.x, begin.y), (end.x, end.y)) == pytest.approx(0.6 * (2.0 - 0.2), rel=0.02)
 
 
-def test_the_lidar_of_a_robot_on_wheels_sees_walls_and_robots_but_no_ground(two_rooms: World) -> None:
+def test_a_lidar_on_wheels_sees_walls_and_robots_but_not_the_ground(two_rooms: World) -> None:
     starts = [SE2(1.5, 3.7, 0.4), SE2(3.0, 2.5, 0.0)]
     seen = []
     drives: tuple[Drive, ...] = ("velocity", "wheels")
@@ -93,7 +93,7 @@ def test_walls_stop_wheels_which_then_slip(two_rooms: World) -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "told"),
+    ("settings", "message"),
     [
         ({"robots": ()}, "robots is 0"),
         ({"drive": "legs"}, "drive is 'legs'"),
@@ -106,8 +106,8 @@ def test_walls_stop_wheels_which_then_slip(two_rooms: World) -> None:
         ({"robots": 1, "overlap": (0.1, 0.3)}, "at least two robots"),
     ],
 )
-def test_bad_missions_are_refused_by_name_and_value(settings: dict[str, object], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_bad_missions_are_refused_by_name_and_value(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         MissionSettings(**settings)  # type: ignore[arg-type]
 
 

@@ -1,4 +1,4 @@
-"""Where robots begin."""
+"""Start poses of robots."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_starts_stand_clear_of_walls_and_of_each_other() -> None:
         assert min(math.dist((a.x, a.y), (b.x, b.y)) for a, b in combinations(starts, 2)) >= 1.0
 
 
-def test_starts_are_the_seeds() -> None:
+def test_starts_depend_on_the_seed() -> None:
     world = make_world("office", 0)
     first, again, other = (random_starts(np.random.default_rng(seed), world, 3) for seed in (1, 1, 2))
     assert first == again
@@ -31,19 +31,19 @@ def test_starts_are_the_seeds() -> None:
     assert len({start.yaw for start in first}) == 3
 
 
-def test_no_robot_starts_in_a_closet_without_a_door() -> None:
+def test_no_robot_starts_in_an_enclosed_area() -> None:
     closet = (box(6, 0, 6.2, 4), box(6, 3.8, 10, 4), box(6, 0, 10, 0.2), box(9.8, 0, 10, 4))
     world = World("closet", 0, (10, 10), closet)
     starts = [random_starts(np.random.default_rng(seed), world, 4) for seed in range(20)]
     assert not any(start.x > 6 and start.y < 4 for team in starts for start in team)
 
 
-def test_more_robots_than_fit_are_refused_with_how_many_do(two_rooms: World) -> None:
+def test_too_many_robots_are_refused_with_the_possible_number(two_rooms: World) -> None:
     with pytest.raises(ValueError, match=r"robots is 500, .*'two rooms' .* for \d+ only"):
         random_starts(np.random.default_rng(0), two_rooms, 500)
 
 
-def test_a_full_world_holds_nobody() -> None:
+def test_a_full_world_has_no_start() -> None:
     with pytest.raises(ValueError, match="room for 0 only"):
         random_starts(np.random.default_rng(0), World("solid", 0, (3, 3), (box(0, 0, 3, 3),)), 1)
 

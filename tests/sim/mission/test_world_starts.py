@@ -1,4 +1,4 @@
-"""Starts in every family of worlds: clear, apart, the world's own first, and spread over its parts."""
+"""Starts in every family of worlds: clear, apart, given ones first, and distributed over the parts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from worlds.floor import CLEAR, find_floor
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
-def test_starts_stand_clear_inside_and_apart(name: str) -> None:
+def test_starts_are_inside_clear_and_apart(name: str) -> None:
     for seed in range(3):
         world = make_world(name, seed)
         starts = random_starts(np.random.default_rng(seed), world, 4)
@@ -25,7 +25,7 @@ def test_starts_stand_clear_inside_and_apart(name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_robots_of_a_disjoint_world_begin_in_places_of_their_own(seed: int) -> None:
+def test_robots_of_a_disjoint_world_start_in_different_parts(seed: int) -> None:
     world = make_world("disjoint", seed)
     floor = find_floor(world)
     starts = random_starts(np.random.default_rng(seed), world, 6)

@@ -1,4 +1,4 @@
-"""Steering: towards the target, never into what is seen."""
+"""Steering: towards the target, away from obstacles."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def positions(speed: float, turn: float) -> np.ndarray:
     return np.array(poses)
 
 
-def test_it_drives_straight_at_a_target_ahead_and_turns_to_one_beside() -> None:
+def test_the_robot_drives_straight_to_a_target_ahead_and_turns_to_one_beside() -> None:
     steering = Avoidance(LIMITS, radius=0.2)
     assert steering.steer(np.array((2.0, 0.0)), NOTHING) == pytest.approx((LIMITS.speed, 0.0))
     assert steering.steer(np.array((0.3, 2.0)), NOTHING)[1] > 0.0
@@ -33,7 +33,7 @@ def test_it_drives_straight_at_a_target_ahead_and_turns_to_one_beside() -> None:
     assert abs(steering.steer(np.array((-2.0, 0.1)), NOTHING)[1]) > 0.5
 
 
-def test_no_command_leads_near_a_seen_point_within_the_horizon() -> None:
+def test_no_command_approaches_an_obstacle_within_the_horizon() -> None:
     rng = np.random.default_rng(2)
     steering = Avoidance(LIMITS, radius=0.2)
     for _ in range(60):
@@ -54,7 +54,7 @@ def test_a_robot_that_stands_too_near_backs_off() -> None:
     assert speed < 0.0
 
 
-def test_it_aims_at_the_last_point_of_the_path_in_straight_reach() -> None:
+def test_the_target_is_the_last_visible_point_of_the_path() -> None:
     post = np.array([(0.5, 0.0)])
     path = np.array([(0.1, 0.1), (0.2, 0.3), (0.4, 0.5), (0.7, 0.3), (0.9, 0.0)])
     steering = Avoidance(LIMITS, radius=0.2)

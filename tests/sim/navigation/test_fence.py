@@ -1,4 +1,4 @@
-"""Robots keep inside a fence that their lidars look through."""
+"""Robots stay inside a fence that their lidars do not see."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_no_robot_leaves_the_fence_and_the_lidar_sees_trees_beyond() -> None:
 
 
 @pytest.mark.slow
-def test_a_touring_team_stays_inside_and_reaches_goals_on_either_side() -> None:
+def test_a_patrolling_team_stays_inside_and_reaches_goals_on_both_sides() -> None:
     goals = [(3.6, 4.0), (10.4, 9.0)]
     mission, _ = simulate(PARK, MissionSettings(2, 30.0, policy="patrol", goals=goals), 1)
     places = np.concatenate([robot.trajectory.poses[:, :2] for robot in mission.robots])
@@ -47,34 +47,34 @@ def test_a_touring_team_stays_inside_and_reaches_goals_on_either_side() -> None:
         assert np.hypot(*(places - goal).T).min() < 0.4
 
 
-def test_goals_that_a_team_draws_itself_lie_inside() -> None:
+def test_drawn_goals_lie_inside() -> None:
     for seed in range(5):
         drawn = draw_goals(np.random.default_rng(seed), PARK, SE2(5.0, 5.0), 0.2)
         assert PARK.clearance(drawn).min() >= 0.3 - 1e-9
 
 
 @pytest.mark.parametrize(
-    ("goal", "told"),
+    ("goal", "message"),
     [
         ((12.5, 5.0), r"goal 0 at \(12.5, 5\) is outside the fence of world 'park'"),
         ((3.1, 5.0), r"goal 0 at \(3.1, 5\) is 0.10 m from a solid or the fence of world 'park'"),
         ((7.0, 7.0), r"goal 0 at \(7, 7\) is in a wall of world 'park'"),
     ],
 )
-def test_goals_outside_are_refused(goal: tuple[float, float], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_goals_outside_are_refused(goal: tuple[float, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         simulate(PARK, MissionSettings(1, 1.0, policy="patrol", goals=[goal]), 1)
 
 
 @pytest.mark.parametrize(
-    ("start", "told"),
+    ("start", "message"),
     [
         (SE2(12.5, 5.0), r"start 0 at \(12.5, 5\) is outside the fence of world 'park'"),
         (SE2(3.1, 5.0), r"start 0 at \(3.1, 5\) is 0.10 m from a solid or the fence of world 'park'"),
     ],
 )
-def test_starts_outside_are_refused(start: SE2, told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_starts_outside_are_refused(start: SE2, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         simulate(PARK, MissionSettings([RobotSettings(start=start)], 1.0), 1)
 
 

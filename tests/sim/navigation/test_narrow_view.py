@@ -1,4 +1,4 @@
-"""Robots whose lidar does not see all round explore too."""
+"""Robots with a narrow field of view explore too."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from worlds.families.registry import make_world
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["hokuyo_urg04lx", "sick_lms200"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_a_team_that_only_looks_ahead_makes_way_and_hits_nothing(name: str, seed: int) -> None:
+def test_a_team_with_forward_lidars_yields_and_hits_nothing(name: str, seed: int) -> None:
     lidar = with_rate(lidar_preset(name).lidar, 10.0)
     settings = MissionSettings((RobotSettings(lidar),) * 2, duration=30.0)
     mission, _ = simulate(make_world("office", seed), settings, seed)

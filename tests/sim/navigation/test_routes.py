@@ -1,4 +1,4 @@
-"""Ways through a map."""
+"""Paths through a map."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def hall_with_wall(gap_cells: int) -> OccupancyGrid:
     return OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(-1.0, -2.0, 0.0), (40, 60)), occupancy)
 
 
-def test_a_path_goes_round_the_wall_and_keeps_off_it() -> None:
+def test_a_path_goes_around_a_wall_at_a_distance() -> None:
     grid = hall_with_wall(gap_cells=10)
     routes = Routes(grid, np.array((0.05, -1.45)), radius=0.2)
     goal = grid.frame.cells_from_metres([(4.05, -1.45)])[0]
@@ -46,7 +46,7 @@ def test_unknown_cells_are_closed() -> None:
     assert np.isinf(routes.costs[:, 20:]).all()
 
 
-def test_a_robot_beside_a_wall_finds_its_way_out() -> None:
+def test_a_robot_at_a_wall_finds_a_path() -> None:
     grid = hall_with_wall(gap_cells=10)
     routes = Routes(grid, np.array((1.8, -1.45)), radius=0.2)
     assert np.isfinite(routes.costs[5, 5])

@@ -1,4 +1,4 @@
-"""When a robot counts as stuck, and what it does then."""
+"""Detection of stuck robots, and recovery."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ def stuck_at(speed: float, turn_rate: float) -> list[float]:
     return [now for now in TENTHS if watch.update(float(now), np.array((speed * now, 0.0)), turn_rate * now)]
 
 
-def test_a_robot_that_stands_is_stuck_after_its_time_and_then_anew() -> None:
+def test_a_standing_robot_is_stuck_after_a_time_and_again() -> None:
     (when,) = stuck_at(0.0, 0.0)
     assert StuckSettings.time - 1e-9 <= when <= StuckSettings.time + 0.1
 
 
-def test_who_drives_or_turns_is_not_stuck() -> None:
+def test_a_driving_or_turning_robot_is_not_stuck() -> None:
     assert stuck_at(0.1, 0.0) == []
     assert stuck_at(0.0, 0.3) == []
 
 
-def test_creeping_is_being_stuck() -> None:
+def test_a_creeping_robot_is_stuck() -> None:
     assert stuck_at(0.03, 0.0) != []
 
 
-def test_who_had_no_wish_to_move_begins_anew() -> None:
+def test_a_robot_without_a_command_restarts_the_clock() -> None:
     watch, here = StuckDetector(), np.zeros(2)
     assert not watch.update(0.0, here, 0.0)
     watch.reset()
@@ -47,12 +47,12 @@ def test_who_had_no_wish_to_move_begins_anew() -> None:
 
 
 class Stubborn:
-    """Always wants to the same place, and notes which places it is told not to choose."""
+    """Always choose the same goal, and record the banned goals."""
 
     finished = False
 
     def __init__(self) -> None:
-        self.told: list[list[tuple[float, float]]] = []
+        self.banned_goals: list[list[tuple[float, float]]] = []
 
     def observe(self, scan: LidarScan, world_from_base: SE2) -> None:
         """See nothing new."""
@@ -65,16 +65,16 @@ class Stubborn:
         self, now: float, grid: OccupancyGrid, routes: Routes, banned: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The straight way there, whatever is banned."""
-        self.told.append([(float(x), float(y)) for x, y in banned])
+        self.banned_goals.append([(float(x), float(y)) for x, y in banned])
         return np.stack((np.linspace(0.0, 3.0, 31), np.zeros(31)), axis=-1)
 
 
-def test_a_goal_that_a_robot_cannot_get_to_is_banned_for_a_while() -> None:
+def test_an_unreachable_goal_is_banned_for_a_while() -> None:
     policy, lidar = Stubborn(), Lidar()
     navigator = Navigator(RobotSettings(lidar), 0, policy, Stopwatch())
     nothing = np.full(lidar.beams, np.inf)
     for now in np.arange(0.0, 22.0, 0.1):
-        navigator.command(lidar.scan(float(now), nothing), SE2())  # it is told to drive, and stays where it is
-    assert policy.told[0] == []
-    assert (3.0, 0.0) in policy.told[-1]
-    assert len(policy.told[-1]) <= StuckSettings.ban_time / StuckSettings.time + 1
+        navigator.command(lidar.scan(float(now), nothing), SE2())  # it is commanded to drive, but does not move
+    assert policy.banned_goals[0] == []
+    assert (3.0, 0.0) in policy.banned_goals[-1]
+    assert len(policy.banned_goals[-1]) <= StuckSettings.ban_time / StuckSettings.time + 1

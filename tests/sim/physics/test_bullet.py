@@ -1,4 +1,4 @@
-"""PyBullet's lidar against an analytic one, and the bodies' manners."""
+"""PyBullet's lidar compared with an analytic one, and motion and contacts of bodies."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def assert_alike(measured: np.ndarray, exact: np.ndarray) -> None:
 
 @pytest.mark.parametrize("mounting", [SE2(), MOUNTED])
 @pytest.mark.parametrize("range_max", [2.5, 7.0])
-def test_the_lidar_sees_what_geometry_says(two_rooms: World, mounting: SE2, range_max: float) -> None:
+def test_the_lidar_equals_analytic_ray_casting(two_rooms: World, mounting: SE2, range_max: float) -> None:
     lidar = Lidar(range_max=range_max, base_from_lidar=mounting)
     for start in (SE2(1.5, 3.7, 0.4), SE2(5.3, 2.2, -2.6), SE2(3.3, 1.0, 3.0)):
         with BulletScene(two_rooms, [start]) as scene:
@@ -56,7 +56,7 @@ def test_the_lidar_sees_what_geometry_says(two_rooms: World, mounting: SE2, rang
 
 
 def test_the_mounting_pose_matters(two_rooms: World) -> None:
-    """Or the test above could not fail for a lidar that forgets it."""
+    """Otherwise the test above could not detect a lidar that ignores it."""
     start, lidar = SE2(1.5, 3.7, 0.4), Lidar(base_from_lidar=MOUNTED)
     with BulletScene(two_rooms, [start]) as scene:
         distances, _ = scene.cast(0, lidar)
@@ -64,7 +64,7 @@ def test_the_mounting_pose_matters(two_rooms: World) -> None:
     assert (np.abs(distances - forgotten) < 1e-4).mean() < 0.5
 
 
-def test_an_office_is_seen_rightly_at_many_places() -> None:
+def test_the_lidar_is_right_at_many_places_of_an_office() -> None:
     world, lidar = make_world("office", 2), Lidar(beams=720, angle_increment=math.tau / 720)
     rng = np.random.default_rng(0)
     places = rng.uniform((0.5, 0.5), np.array(world.size) - 0.5, (40, 2))
@@ -85,7 +85,7 @@ def test_a_miss_is_infinite_and_no_hit_at_the_origin() -> None:
     assert not hits_robot.any()
 
 
-def test_a_world_without_walls_is_seen_empty() -> None:
+def test_a_world_without_walls_gives_no_returns() -> None:
     with BulletScene(World("nothing", 0, (5, 5), ()), [SE2(2, 2, 0)]) as scene:
         assert (scene.cast(0, Lidar())[0] == math.inf).all()
 
@@ -116,7 +116,7 @@ def test_a_robot_sees_the_others_and_not_itself() -> None:
     assert np.isfinite(distances[left]).all()
 
 
-def test_a_commanded_arc_is_driven_upright() -> None:
+def test_a_robot_drives_a_commanded_arc_upright() -> None:
     at_once = RobotSettings(limits=DriveLimits(acceleration=100.0, turn_acceleration=100.0))
     with BulletScene(World("nothing", 0, (9, 9), ()), [SE2(4, 4, 0.5)], at_once) as scene:
         touched = scene.advance([(0.5, 0.8)], 0.01, 300)
@@ -128,7 +128,7 @@ def test_a_commanded_arc_is_driven_upright() -> None:
     assert not touched.any()
 
 
-def test_walls_stop_a_robot_and_count_as_touched(two_rooms: World) -> None:
+def test_walls_stop_a_robot_and_count_as_touches(two_rooms: World) -> None:
     with BulletScene(two_rooms, [SE2(1.0, 2.5, math.pi), SE2(2.5, 2.5, 0.0)]) as scene:
         touched = scene.advance([(0.6, 0.0), (0.0, 0.0)], 0.01, 300)
         pose = scene.pose(0)
@@ -150,7 +150,7 @@ def test_too_many_robots_are_refused() -> None:
 
 
 @pytest.mark.slow
-def test_without_pybullet_sim_imports_and_simulating_says_why() -> None:
+def test_without_pybullet_sim_imports_and_simulate_raises() -> None:
     program = """
 import sys
 sys.modules["pybullet"] = None
@@ -169,7 +169,7 @@ except ImportError as error:
 
 
 def test_a_lidar_on_a_boom_looks_through_its_own_robot() -> None:
-    """A ray that starts inside the body would miss it anyway; from outside only the mask keeps it off."""
+    """A ray that starts inside the body misses it anyway; from outside, only the collision mask excludes it."""
     lidar = Lidar(base_from_lidar=SE2(-0.4, 0.0, 0.0))
     with BulletScene(World("nothing", 0, (9, 9), ()), [SE2(4, 4, 0.0), SE2(6, 4, 0.0)]) as scene:
         distances, _ = scene.cast(0, lidar)

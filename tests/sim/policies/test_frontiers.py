@@ -1,4 +1,4 @@
-"""Frontiers and what can be seen from them."""
+"""Frontiers and the area visible from them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_the_frontier_of_a_half_seen_room_is_its_middle_line() -> None:
     assert views.gain[0] > 8.0
 
 
-def test_unknown_floor_behind_a_wall_is_no_gain() -> None:
+def test_unknown_floor_behind_a_wall_adds_no_gain() -> None:
     occupancy = walled(41, 121)
     occupancy[1:-1, 60] = 100
     occupancy[1:-1, 61:-1] = -1

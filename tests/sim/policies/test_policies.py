@@ -1,4 +1,4 @@
-"""Tours and replays, and that they too are functions of the seed."""
+"""Patrols and replays, which depend on the seed alone."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from worlds.world import World
 
 
 @pytest.mark.slow
-def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: World) -> None:
+def test_a_patrol_visits_goals_in_turn_from_different_first_goals(two_rooms: World) -> None:
     goals = [(1.0, 4.0), (7.0, 4.0)]
     team = [RobotSettings(start=SE2(1.0, 1.0)), RobotSettings(start=SE2(7.2, 2.5))]
     mission, _ = simulate(two_rooms, MissionSettings(team, 45.0, policy="patrol", goals=goals), 1)
@@ -35,7 +35,7 @@ def test_a_tour_visits_its_goals_in_turn_each_robot_from_another_one(two_rooms: 
         assert first[rank] < first[1 - rank]
 
 
-def test_each_robot_draws_goals_of_its_own() -> None:
+def test_each_robot_draws_its_own_goals() -> None:
     world, starts = make_world("open_hall", 1), [SE2(8.0, 8.0)] * 3
     patrols = make_patrols(world, MissionSettings(3, 1.0, policy="patrol"), starts, seed=1)
     assert len({patrol.goals for patrol in patrols}) == 3
@@ -52,7 +52,7 @@ def test_robots_that_start_together_explore_apart() -> None:
 
 
 @pytest.mark.slow
-def test_drawn_goals_are_the_seeds() -> None:
+def test_drawn_goals_depend_on_the_seed() -> None:
     world = make_world("house", 1)
     settings = MissionSettings(2, 15.0, policy="patrol")
     one, again, other = (simulate(world, settings, seed)[0].robots[0].trajectory for seed in (1, 1, 2))
@@ -62,15 +62,15 @@ def test_drawn_goals_are_the_seeds() -> None:
 
 
 @pytest.mark.parametrize(
-    ("goal", "told"),
+    ("goal", "message"),
     [
         ((4.1, 1.0), r"goal 1 at \(4.1, 1\) is in a wall of world 'two rooms'"),
         ((1.0, 0.35), r"goal 1 at \(1, 0.35\) is 0.15 m from a wall"),
         ((1.0, -2.0), r"goal 1 at \(1, -2\) is outside world 'two rooms'"),
     ],
 )
-def test_bad_goals_are_refused_with_what_and_where(two_rooms: World, goal: tuple[float, float], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_bad_goals_are_refused_with_what_and_where(two_rooms: World, goal: tuple[float, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         simulate(two_rooms, MissionSettings(1, 1.0, policy="patrol", goals=[(1.0, 1.0), goal]), 0)
 
 
@@ -83,7 +83,7 @@ def test_a_goal_behind_a_wall_without_a_door_is_refused() -> None:
         simulate(world, MissionSettings(team, 1.0, policy="patrol", goals=[(there.x, there.y)]), 0)
 
 
-def test_a_replayed_mission_sees_what_the_driven_one_saw(mission: Mission) -> None:
+def test_a_replayed_mission_has_the_scans_of_the_original(mission: Mission) -> None:
     paths = tuple(truth.trajectory for truth in mission.robots)
     settings = MissionSettings(mission.settings.robots, mission.settings.duration, policy="replay")
     again, _ = simulate(mission.world, settings, 0, replay=paths)
@@ -97,7 +97,7 @@ def test_a_replayed_mission_sees_what_the_driven_one_saw(mission: Mission) -> No
         assert (a.hits_robot == b.hits_robot).mean() > 0.999
 
 
-def test_a_replay_goes_between_poses_the_short_way_and_stands_at_its_end(two_rooms: World) -> None:
+def test_a_replay_interpolates_the_shorter_way_and_stops_at_its_end(two_rooms: World) -> None:
     path = Trajectory(np.array((5.0, 6.0)), np.array(((1.0, 1.0, math.pi - 0.1), (2.0, 1.0, -math.pi + 0.1))))
     mission, _ = simulate(two_rooms, MissionSettings(1, 2.0, policy="replay"), 0, replay=[path])
     poses = mission.robots[0].trajectory.poses
@@ -105,7 +105,7 @@ def test_a_replay_goes_between_poses_the_short_way_and_stands_at_its_end(two_roo
     assert poses[-1] == pytest.approx((2.0, 1.0, -math.pi + 0.1))
 
 
-def test_a_replay_of_one_pose_stands_there(two_rooms: World) -> None:
+def test_a_replay_of_one_pose_stands_still(two_rooms: World) -> None:
     path = Trajectory(np.array((5.0,)), np.array(((1.0, 1.0, 0.5),)))
     mission, _ = simulate(two_rooms, MissionSettings(1, 1.0, policy="replay"), 0, replay=[path])
     assert mission.robots[0].trajectory.poses == pytest.approx(np.tile((1.0, 1.0, 0.5), (11, 1)))
@@ -126,7 +126,7 @@ def test_a_replay_through_a_wall_is_refused_with_when_and_where(two_rooms: World
 
 
 @pytest.mark.slow
-def test_a_touring_team_on_wheels_gives_the_same_bytes_in_another_process(tmp_path: Path) -> None:
+def test_a_patrolling_team_on_wheels_gives_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     program = """
 import sys
 from pathlib import Path

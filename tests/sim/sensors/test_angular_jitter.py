@@ -1,4 +1,4 @@
-"""A beam that looks beside its direction: exact on flat walls, never in the air between two surfaces."""
+"""Angular jitter: exact on flat walls, and no returns between two surfaces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def square(angles: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("increment", [math.tau / 360, -math.tau / 360])
-def test_on_flat_walls_it_reads_what_the_turned_beam_would(increment: float) -> None:
+def test_on_flat_walls_jitter_equals_a_rotated_beam(increment: float) -> None:
     scan = scan_of(square, angle_min=-math.copysign(math.pi, increment), increment=increment)
     turns = np.random.default_rng(1).uniform(-0.03, 0.03, 360)
     read, elsewhere = apply_angular_jitter(scan, turns)
@@ -33,7 +33,7 @@ def test_on_flat_walls_it_reads_what_the_turned_beam_would(increment: float) -> 
     assert not elsewhere.any()
 
 
-def test_no_turn_is_the_scan_bit_for_bit() -> None:
+def test_no_jitter_keeps_the_scan_bit_for_bit() -> None:
     ranges = np.random.default_rng(2).uniform(0.2, 40.0, 360)
     ranges[::7], ranges[::11] = np.inf, -np.inf
     scan = scan_of(lambda _: ranges)
@@ -44,7 +44,7 @@ def test_no_turn_is_the_scan_bit_for_bit() -> None:
         assert not elsewhere[kept].any()
 
 
-def test_across_an_edge_it_reads_one_side_or_the_other() -> None:
+def test_across_an_edge_a_beam_reads_one_side_or_the_other() -> None:
     scan = scan_of(lambda angles: np.where(np.abs(angles) < 0.5, 2.0, 6.0))
     turns = np.random.default_rng(3).uniform(-0.05, 0.05, 360)
     read, elsewhere = apply_angular_jitter(scan, turns)
@@ -54,7 +54,7 @@ def test_across_an_edge_it_reads_one_side_or_the_other() -> None:
 
 
 @pytest.mark.parametrize("nothing", [np.inf, -np.inf])
-def test_beside_a_beam_without_a_return_it_reads_the_nearer_beam(nothing: float) -> None:
+def test_beside_a_beam_without_a_return_the_nearer_beam_is_read(nothing: float) -> None:
     scan = scan_of(lambda angles: np.where(np.arange(360) == 180, nothing, 2.0))
     for share, lost in ((0.4, [180]), (0.6, [179])):
         read, elsewhere = apply_angular_jitter(scan, np.full(360, share * scan.angle_increment))
@@ -62,7 +62,7 @@ def test_beside_a_beam_without_a_return_it_reads_the_nearer_beam(nothing: float)
         assert np.flatnonzero(elsewhere).tolist() == ([] if lost == [180] else [179, 180])
 
 
-def test_a_full_turn_has_no_ends_and_a_part_of_one_has() -> None:
+def test_a_full_turn_is_circular_and_a_part_is_not() -> None:
     turned = math.radians(1.0)
     full = scan_of(lambda angles: 2.0 + 0.001 * np.arange(360))
     assert apply_angular_jitter(full, np.full(360, turned))[0][-1] == pytest.approx(2.0)
@@ -71,5 +71,5 @@ def test_a_full_turn_has_no_ends_and_a_part_of_one_has() -> None:
     assert apply_angular_jitter(part, np.full(180, -turned))[0][0] == pytest.approx(2.0)
 
 
-def test_one_beam_reads_itself() -> None:
+def test_a_single_beam_is_unchanged() -> None:
     assert apply_angular_jitter(scan_of(lambda _: np.array([3.0]), beams=1), np.array([0.2]))[0].tolist() == [3.0]

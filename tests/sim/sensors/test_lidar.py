@@ -1,4 +1,4 @@
-"""The lidar's limits and what it refuses."""
+"""Limits of the lidar, and refusals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from sim.sensors.lidar import Lidar
 
 
-def test_distances_past_the_limits_become_infinite() -> None:
+def test_ranges_beyond_the_limits_become_infinite() -> None:
     lidar = Lidar(beams=5, angle_increment=0.1, range_min=0.2, range_max=4.0)
     scan = lidar.scan(1.5, np.array([0.1, 0.2, 4.0, 4.001, np.inf]))
     assert scan.ranges.tolist() == [-np.inf, np.float32(0.2), 4.0, np.inf, np.inf]

@@ -1,4 +1,4 @@
-"""Every preset is a lidar that can be had, with its sources."""
+"""Every preset is a real lidar with its sources."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from sim.sensors.range_noise import RangeNoise
 NAMES = [preset.name for preset in PRESETS]
 
 
-def test_the_presets_are_those_promised() -> None:
-    promised = "rplidar_a1 rplidar_a2 lds01 hokuyo_urg04lx hokuyo_utm30lx sick_lms1xx sick_lms200 thesis"
-    assert ["default", *promised.split()] == NAMES
+def test_the_presets_are_those_of_the_documentation() -> None:
+    documented = "rplidar_a1 rplidar_a2 lds01 hokuyo_urg04lx hokuyo_utm30lx sick_lms1xx sick_lms200 thesis"
+    assert ["default", *documented.split()] == NAMES
 
 
 @pytest.mark.parametrize("preset", PRESETS, ids=NAMES)
@@ -47,7 +47,7 @@ def test_the_default_is_the_plain_lidar_with_the_plain_noise() -> None:
         ("thesis", 1000, 359.63, -180.0, (0.2, 5.0), 10.0),
     ],
 )
-def test_what_the_data_sheets_say(
+def test_the_presets_follow_their_data_sheets(
     name: str, beams: int, view_deg: float, first_deg: float, limits: tuple[float, float], rate: float
 ) -> None:
     lidar = lidar_preset(name).lidar
@@ -93,7 +93,7 @@ def test_an_unknown_preset_is_refused_with_the_known_ones() -> None:
         lidar_preset("velodyne")
 
 
-def test_a_rate_thins_the_sweeps_and_cannot_add_any() -> None:
+def test_a_rate_reduces_the_scans_and_cannot_add_any() -> None:
     lidar = lidar_preset("hokuyo_utm30lx").lidar
     assert with_rate(lidar, 5.0).rate == 5.0
     assert with_rate(lidar, 5.0).beams == 1081

@@ -1,4 +1,4 @@
-"""Noise on a mission: exact at 0, scaled by the level, and each component a stream of its own."""
+"""Noise on a mission: exact at level 0, scaled by the level, with a random stream per component."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def recorded(monkeypatch: pytest.MonkeyPatch, truth: RobotTruth, noise: Noise) -
     return recorder, sense(truth, noise, 7, 2)
 
 
-def test_each_component_of_each_robot_opens_a_stream_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_component_of_each_robot_has_its_own_stream(monkeypatch: pytest.MonkeyPatch) -> None:
     recorder, _ = recorded(monkeypatch, standing(3.0, scans=5), Noise())
     assert sorted(recorder.opened) == sorted((7, role, 2) for role in set(DRAWS_OF.values()) if role is not None)
     assert set(DRAWS_OF) == set(COMPONENTS)
@@ -143,7 +143,7 @@ def test_no_draw_depends_on_any_level(name: str, mission: Mission, monkeypatch: 
 
 
 @pytest.mark.parametrize("name", [name for name in COMPONENTS if name != "lidar.short_mean"])
-def test_a_component_hears_its_own_stream_alone(name: str, mission: Mission, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_component_uses_only_its_own_stream(name: str, mission: Mission, monkeypatch: pytest.MonkeyPatch) -> None:
     truth = mission.robots[0]
     noise = QUIET.with_fields([(name, OTHER_VALUES.get(name, (0.3,))[0])])
 
@@ -164,7 +164,7 @@ def test_a_component_hears_its_own_stream_alone(name: str, mission: Mission, mon
         assert not same(base, with_streams_moved({DRAWS_OF[name]}))
 
 
-def test_robots_and_seeds_have_noise_of_their_own() -> None:
+def test_robots_and_seeds_have_different_noise() -> None:
     truth = standing(3.0, scans=5)
     base, other_robot, other_seed = (sense(truth, Noise(), seed, robot) for seed, robot in ((1, 0), (1, 1), (2, 0)))
     assert np.array_equal(ranges(base), ranges(sense(truth, Noise(), 1, 0)))
@@ -172,7 +172,7 @@ def test_robots_and_seeds_have_noise_of_their_own() -> None:
     assert not np.array_equal(ranges(base), ranges(other_seed))
 
 
-def test_sensing_leaves_the_mission_as_it_is(mission: Mission) -> None:
+def test_sensing_does_not_change_the_mission(mission: Mission) -> None:
     before = [true_ranges(truth).copy() for truth in mission.robots]
     sense(mission.robots[0], Noise.level(3.0), 1, 0)
     assert all(np.array_equal(a, true_ranges(truth)) for a, truth in zip(before, mission.robots, strict=True))

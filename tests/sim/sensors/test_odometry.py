@@ -30,7 +30,7 @@ def wandering(steps: int, rate: int = 10) -> Trajectory:
 
 def step_by_step(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: np.random.Generator) -> list[SE2]:
     """Probabilistic Robotics, table 5.6, one step after another, with wheels that are off: the oracle."""
-    believed = [SE2()]
+    estimated = [SE2()]
     for k, draw in enumerate(rng.standard_normal((len(true) - 1, 3))):
         step = true.pose(k).inverse() @ true.pose(k + 1)
         length = math.hypot(step.x, step.y)
@@ -52,12 +52,12 @@ def step_by_step(true: Trajectory, noise: OdometryNoise, bias: WheelBias, rng: n
             + math.sqrt(noise.alpha1**2 * abs(turn2) + noise.alpha2**2 * length) * draw[2]
         )
         reach = forward * (length * (1 + bias.translation) + stretch)
-        believed.append(believed[-1] @ SE2(0, 0, noisy1) @ SE2(reach, 0, 0) @ SE2(0, 0, noisy2))
-    return believed
+        estimated.append(estimated[-1] @ SE2(0, 0, noisy1) @ SE2(reach, 0, 0) @ SE2(0, 0, noisy2))
+    return estimated
 
 
 @pytest.mark.parametrize("bias", [SOUND, WheelBias(0.02, -0.03, 0.01)])
-def test_it_is_the_odometry_motion_model(bias: WheelBias) -> None:
+def test_the_errors_follow_the_odometry_motion_model(bias: WheelBias) -> None:
     true, noise = wandering(400), OdometryNoise(0.05, 0.04, 0.1, 0.03)
     fast = simulate_odometry(true, noise, bias, np.random.default_rng(8))
     slow = step_by_step(true, noise, bias, np.random.default_rng(8))
@@ -66,13 +66,13 @@ def test_it_is_the_odometry_motion_model(bias: WheelBias) -> None:
         assert wrap_angle(fast.poses[k, 2] - slow[k].yaw) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_without_noise_it_is_the_path_from_its_start_bit_for_bit() -> None:
+def test_without_noise_odometry_is_the_path_bit_for_bit() -> None:
     true = wandering(300)
     exact = simulate_odometry(true, OdometryNoise().scaled(0.0), SOUND, np.random.default_rng(1))
     assert np.array_equal(exact.poses, true.from_start().poses)
 
 
-def test_it_starts_at_the_identity_and_a_standing_robot_does_not_drift() -> None:
+def test_odometry_starts_at_the_identity_and_does_not_drift_at_rest() -> None:
     standing = Trajectory(np.arange(50.0), np.tile((1.0, 2.0, 0.3), (50, 1)))
     for true in (standing, wandering(20)):
         poses = simulate_odometry(true, OdometryNoise(), WheelBias(0.01, 0.02, 0.03), np.random.default_rng(1)).poses
@@ -88,14 +88,14 @@ def final_errors(true: Trajectory, noise: OdometryNoise, runs: int = 300) -> np.
     return np.array(errors)
 
 
-def test_a_decent_robot_drifts_1_to_2_percent_and_3_to_6_degrees_in_120_s() -> None:
+def test_an_ordinary_robot_drifts_1_to_2_percent_and_3_to_6_degrees_in_120_s() -> None:
     true = wandering(1200)
     errors = final_errors(true, OdometryNoise())
     assert 3.0 < math.degrees(math.sqrt((errors[:, 2] ** 2).mean())) < 6.0
     assert 0.01 < math.sqrt((errors[:, :2] ** 2).sum(axis=1).mean()) / true.distance() < 0.02
 
 
-def test_drift_does_not_depend_on_how_finely_the_path_is_cut() -> None:
+def test_drift_is_independent_of_the_sampling_of_the_path() -> None:
     slow, fast = (final_errors(wandering(600, rate), ALPHAS_ALONE) for rate in (5, 40))
     assert np.allclose(slow.std(axis=0), fast.std(axis=0), rtol=0.2)
 
@@ -111,7 +111,7 @@ def turning(radians: float, steps: int) -> Trajectory:
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_a_biased_robot_stretches_straight_ways_and_veers_off_them(direction: float) -> None:
+def test_biased_wheels_scale_and_bend_straight_paths(direction: float) -> None:
     quiet, rng = OdometryNoise().scaled(0.0), np.random.default_rng(0)
     true = straight(10.0, 50, direction)
     assert simulate_odometry(true, quiet, WheelBias(0.01, 0.0, 0.0), rng).poses[-1] == pytest.approx(
@@ -123,14 +123,14 @@ def test_a_biased_robot_stretches_straight_ways_and_veers_off_them(direction: fl
     assert arc[1] == pytest.approx((1 - math.cos(0.2)) / 0.02, rel=1e-4)
 
 
-def test_a_biased_robot_turns_too_far_by_a_share_of_the_turn() -> None:
+def test_biased_wheels_scale_rotations() -> None:
     end = simulate_odometry(
         turning(-8.0, 40), OdometryNoise().scaled(0.0), WheelBias(0.1, 0.02, 0.3), np.random.default_rng(0)
     )
     assert end.poses[-1] == pytest.approx((0.0, 0.0, -8.16))
 
 
-def test_wheels_are_off_by_the_stated_deviations_and_never_by_much_more() -> None:
+def test_wheel_errors_have_the_stated_deviations_and_are_bounded() -> None:
     noise = OdometryNoise(radius_sigma=0.004, track_sigma=0.003, veer_sigma=0.002)
     drawn = [draw_bias(noise, np.random.default_rng(seed)) for seed in range(4000)]
     translation, veer = np.array([each.translation for each in drawn]), np.array([each.veer for each in drawn])

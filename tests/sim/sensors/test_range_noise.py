@@ -36,7 +36,7 @@ def test_range_errors_have_the_stated_deviation_and_no_bias(distance: float) -> 
     assert abs(np.corrcoef(errors[:, :-1].ravel(), errors[:, 1:].ravel())[0, 1]) < 0.02
 
 
-def test_a_device_is_off_by_one_draw_for_all_its_readings() -> None:
+def test_the_bias_of_a_device_is_constant() -> None:
     noise = replace(QUIET, bias_sigma=0.03, bias_sigma_ratio=0.01)
     at_two, at_eight = (read(distance, noise, scans=2)[0] - distance for distance in (2.0, 8.0))
     assert np.ptp(at_two) < 1e-6
@@ -53,7 +53,7 @@ def test_dropout_has_its_rate_and_is_marked() -> None:
 
 
 @pytest.mark.parametrize("mean", [0.5, 1e6])
-def test_short_readings_are_exponential_up_to_what_is_there(mean: float) -> None:
+def test_short_readings_are_exponential_up_to_the_true_range(mean: float) -> None:
     ranges, replaced = read(3.0, replace(QUIET, short=0.2, short_mean=mean))
     assert rate_within(replaced.mean(), 0.2, replaced.size)
     assert (ranges[~replaced] == 3.0).all()
@@ -63,7 +63,7 @@ def test_short_readings_are_exponential_up_to_what_is_there(mean: float) -> None
         assert rate_within((short <= at).mean(), math.expm1(-at / mean) / math.expm1(-3.0 / mean), short.size)
 
 
-def test_something_short_can_stand_where_nothing_returned_but_not_before_something_too_close() -> None:
+def test_short_readings_replace_missing_returns_but_not_too_close_ones() -> None:
     noise = replace(QUIET, short=1.0)
     assert (read(math.inf, noise, scans=20)[0] < 12.0).all()
     assert np.isneginf(read(-math.inf, noise, scans=2)[0]).all()
@@ -86,7 +86,7 @@ def test_lost_wins_over_random_and_random_over_short() -> None:
     assert read(3.0, replace(everything, dropout=0.0), scans=50)[0].max() > 11.0
 
 
-def test_jitter_shows_where_walls_are_slanted() -> None:
+def test_jitter_affects_slanted_walls() -> None:
     angles = -math.pi / 4 + np.arange(90) * math.radians(1.0)
     wall = LidarScan(0.0, angles[0], math.radians(1.0), 0.1, 30.0, (3.0 / np.cos(angles)).astype(np.float32))
     noise = replace(QUIET, angle_sigma=0.002)
@@ -99,7 +99,7 @@ def test_jitter_shows_where_walls_are_slanted() -> None:
 
 
 @pytest.mark.parametrize("quantum", [0.001, 0.01, 0.25])
-def test_all_readings_come_in_steps(quantum: float) -> None:
+def test_all_readings_are_quantised(quantum: float) -> None:
     noise = replace(RangeNoise(), short=0.1, random=0.1, quantum=quantum)
     ranges = read(3.3, noise, scans=30)[0]
     steps = ranges[np.isfinite(ranges)] / quantum
@@ -108,12 +108,12 @@ def test_all_readings_come_in_steps(quantum: float) -> None:
     assert read(3.3, replace(QUIET, quantum=quantum), 1)[0] == pytest.approx(round(3.3 / quantum) * quantum)
 
 
-def test_a_step_may_lead_past_the_limits() -> None:
+def test_quantisation_may_exceed_the_limits() -> None:
     assert np.isposinf(read(11.9, replace(QUIET, quantum=2.5), 1)[0]).all()
     assert np.isneginf(read(0.2, replace(QUIET, quantum=2.5), 1)[0]).all()
 
 
-def test_readings_pushed_past_the_limits_become_infinite() -> None:
+def test_readings_beyond_the_limits_become_infinite() -> None:
     noise = replace(QUIET, range_sigma=0.1)
     far, near = read(11.99, noise)[0], read(0.16, noise)[0]
     assert 0.3 < np.isposinf(far).mean() < 0.6
@@ -122,13 +122,13 @@ def test_readings_pushed_past_the_limits_become_infinite() -> None:
     assert near[np.isfinite(near)].min() >= np.float32(0.15)
 
 
-def test_a_beam_that_met_nothing_cannot_be_lost() -> None:
+def test_a_beam_without_a_return_cannot_be_lost() -> None:
     ranges, replaced = read(math.inf, replace(QUIET, dropout=0.5), scans=3)
     assert not replaced.any()
     assert np.isposinf(ranges).all()
 
 
-def test_levels_multiply_deviations_and_probabilities_but_not_what_the_device_is() -> None:
+def test_levels_multiply_deviations_and_probabilities_but_not_the_quantum() -> None:
     usual = RangeNoise(0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.9, 0.1)
     twice = usual.scaled(2.0)
     for each in fields(RangeNoise):

@@ -1,4 +1,4 @@
-"""What holds for every family of worlds and every seed."""
+"""Laws of every family of worlds and every seed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def named(name: str, seed: int) -> World:
 
 
 @pytest.mark.parametrize(("name", "seed"), CASES)
-def test_robots_can_drive_everywhere_and_nothing_is_a_splinter(name: str, seed: int) -> None:
+def test_robots_can_drive_everywhere_and_obstacles_are_not_tiny(name: str, seed: int) -> None:
     world = named(name, seed)
     floor = find_floor(world, radius=0.2, resolution=0.1)
     assert len(floor.areas) == world.parts
@@ -145,14 +145,14 @@ def _assert_curved(polygon: np.ndarray, world: World) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS["symmetric"])
-def test_a_symmetric_world_is_itself_after_half_a_turn_and_no_mirror_image(seed: int) -> None:
+def test_a_symmetric_world_has_rotational_but_no_mirror_symmetry(seed: int) -> None:
     occupied = true_raster(named("symmetric", seed)).occupied
     assert np.array_equal(occupied, occupied[::-1, ::-1])
     assert (occupied != occupied[::-1]).sum() > 0.2 * occupied.sum()
 
 
 @pytest.mark.parametrize("seed", SEEDS["outdoor"])
-def test_outdoors_no_wall_stands_at_the_fence(seed: int) -> None:
+def test_outdoors_has_no_wall_at_the_fence(seed: int) -> None:
     world = named("outdoor", seed)
     assert world.fence is not None
     assert is_simple(world.fence)
@@ -165,7 +165,7 @@ def test_outdoors_no_wall_stands_at_the_fence(seed: int) -> None:
     assert inside.mean() > 0.5
 
 
-def test_the_thesis_hall_has_the_numbers_of_the_study() -> None:
+def test_the_thesis_hall_has_the_dimensions_of_the_thesis() -> None:
     world = named("thesis_hall", 0)
     origin = np.array((10.02, 10.01))
     assert len(world.obstacles) == 4 + 5 + 1 + 7 + 5

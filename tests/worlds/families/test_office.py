@@ -1,4 +1,4 @@
-"""Offices: what holds for every seed."""
+"""Laws of offices for every seed."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_walls_are_at_least_two_cells_thick_and_close_the_building(seed: int) ->
         assert border.all()
 
 
-def test_rooms_repeat_on_purpose() -> None:
+def test_rooms_are_repeated() -> None:
     for seed in SEEDS:
         plan, _ = furnished(seed)
         widths = [round(room.width, 6) for room in plan.rooms if room.kind == "room"]
@@ -88,7 +88,7 @@ def test_the_seed_decides_everything() -> None:
             assert (rasters[a] & rasters[b]).sum() < 0.6 * walls_of_either.sum()
 
 
-def test_corridors_run_both_ways_over_the_seeds() -> None:
+def test_seeds_give_corridors_in_both_directions() -> None:
     uprights = {bool(stream(seed, Role.WORLD).random() < 0.5) for seed in SEEDS}
     assert uprights == {True, False}
 

@@ -1,4 +1,4 @@
-"""Floor plans: every free cell is free, every other solid, to the cell's border."""
+"""Floor plans: free cells are free and all others solid, exactly."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def test_the_raster_of_a_plan_is_the_plan_cell_for_cell(seed: int, resolution: f
     assert world.size == (80 * resolution, 60 * resolution)
 
 
-def test_alike_runs_are_one_box() -> None:
+def test_equal_runs_of_rows_become_one_box() -> None:
     free = np.zeros((20, 30), dtype=bool)
     free[5:15, 5:25] = True
     assert len(world_from_cells("one room", free, 0.1).obstacles) == 4
     assert len(world_from_cells("turned", free.T, 0.1).obstacles) == 4
 
 
-def test_what_lies_outdoors_becomes_solid() -> None:
+def test_outdoor_cells_become_solid() -> None:
     free = np.ones((40, 40), dtype=bool)
     free[5:35, 5:35] = False
     free[7:33, 7:33] = True

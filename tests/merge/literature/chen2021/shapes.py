@@ -1,4 +1,4 @@
-"""Shapes whose answer is known, as pictures of white walls."""
+"""Shapes with known results, as pictures of white walls."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def test_the_scale_is_found_within_its_range(scale):
     assert off(best.target_from_source, truth) < 3.0
 
 
-def test_any_rotation_is_found_where_none_is_known():
+def test_any_rotation_is_found_without_a_main_direction():
     truth = Similarity2(5.0, 60.0, 0.83, 1.0)
     target, source = corner_sets(np.random.default_rng(4), truth)
     best = corner_consensus(target, source, None, ScaleRange.known())[0]
@@ -54,7 +54,7 @@ def test_any_rotation_is_found_where_none_is_known():
     )
 
 
-def test_it_is_the_same_on_every_run_and_most_inliers_come_first():
+def test_results_are_deterministic_and_sorted_by_inliers():
     target, source = corner_sets(np.random.default_rng(5), Similarity2(1.0, 2.0, math.pi, 1.0))
     one, other = (corner_consensus(target, source, QUARTERS, ScaleRange.known()) for _ in range(2))
     assert [a.target_from_source for a in one] == [a.target_from_source for a in other]
@@ -67,13 +67,13 @@ def test_a_known_scale_is_kept():
         assert one.target_from_source.scale == 1.0
 
 
-def test_too_few_corners_agree_on_nothing():
+def test_too_few_corners_give_no_match():
     few = np.array([(0.0, 0.0), (50.0, 0.0)])
     assert corner_consensus(few, few, QUARTERS, ScaleRange.known()) == []
     assert corner_consensus(np.empty((0, 2)), few, None, ScaleRange.free()) == []
 
 
-def test_corners_all_in_one_place_are_no_crash():
+def test_coincident_corners_give_no_match():
     place = np.full((30, 2), 7.0)
     assert corner_consensus(place, place, None, ScaleRange.free()) == []
 

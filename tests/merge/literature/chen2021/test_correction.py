@@ -12,7 +12,7 @@ def grey(walls):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.15, 0.7, 1.3, 2.9])
-def test_corners_of_a_turned_room_are_where_they_are_in_the_picture_that_came_in(angle):
+def test_corners_of_a_rotated_room_are_in_coordinates_of_the_input(angle):
     truth = turned(POLYGON, angle)
     found = corrected(grey(outline(truth)))
     there = found.straightened.before(found.corners)
@@ -27,7 +27,7 @@ def test_sizes_follow_from_the_walls_thickness():
     assert thick.closing > thin.closing
 
 
-def test_pictures_of_a_correction_are_of_one_size_after_the_turn():
+def test_pictures_of_a_correction_have_one_size_after_the_rotation():
     found = corrected(grey(outline(turned(POLYGON, 0.3))))
     assert found.walls.shape == (SIDE, SIDE)
     assert found.straightened.walls.shape == found.closed.shape == found.structure.shape
@@ -35,13 +35,13 @@ def test_pictures_of_a_correction_are_of_one_size_after_the_turn():
     assert set(np.unique(found.structure)) == {0, 255}
 
 
-def test_a_round_room_is_not_turned_and_says_so():
+def test_a_round_room_is_not_rotated_and_gives_a_note():
     circle = np.stack((np.cos(np.linspace(0, 2 * np.pi, 200)), np.sin(np.linspace(0, 2 * np.pi, 200))), axis=-1)
     found = corrected(grey(outline(100 * circle + 150)))
     assert np.array_equal(found.straightened.matrix[:, :2], np.eye(2))
     assert found.note.startswith("no main direction (sharpness 0.")
 
 
-def test_a_blank_map_goes_through():
+def test_a_blank_map_is_accepted():
     found = corrected(np.full((20, 30), FREE_GREY, np.uint8))
     assert len(found.corners) == len(found.points) == 0

@@ -37,13 +37,13 @@ def test_a_rectangles_direction_is_found_to_a_quarter_of_a_degree(angle, quarter
 
 @settings(max_examples=10, deadline=None)
 @given(angle=st.floats(-TWO_STAIRS, TWO_STAIRS), width=st.integers(350, 400), height=st.integers(350, 400))
-def test_beside_the_axes_it_takes_a_hall_of_18_metres(angle, width, height):
+def test_near_the_axes_only_a_large_hall_gives_the_direction(angle, width, height):
     found = main_direction(outline(turned(rectangle(width, height), angle, 600), side=600))
     assert off_deg(found.angle, angle) <= 0.25
 
 
-def test_small_rectangles_beside_the_axes_have_the_picture_of_an_upright_one():
-    """Why nobody can tell their direction to a quarter of a degree."""
+def test_small_rectangles_near_the_axes_have_the_raster_of_an_upright_one():
+    """So no method can find their direction to a quarter of a degree."""
     turns = [outline(turned(rectangle(100, 100), math.radians(angle), 600), side=600) for angle in (-0.28, 0.0, 0.28)]
     assert all(np.array_equal(picture, turns[1]) for picture in turns)
     assert main_direction(turns[1]).angle == pytest.approx(0.0, abs=1e-6)
@@ -80,7 +80,7 @@ def test_the_fast_projections_are_those_of_a_slow_radon_transform():
     assert np.argmax(slow) == 2
 
 
-def test_large_pictures_are_halved_and_say_the_same():
+def test_halving_large_pictures_keeps_the_direction():
     large = outline(turned(5 * POLYGON, 0.4, 1500), 15, 1500)
     assert np.count_nonzero(large) > 40_000
     assert off_deg(main_direction(large).angle, 0.4) <= 0.25
@@ -102,7 +102,7 @@ def specks():
 
 
 @pytest.mark.parametrize("shape", [trapezoid, circle, specks])
-def test_a_building_without_a_main_direction_is_known_for_one(shape):
+def test_a_building_without_a_main_direction_is_detected(shape):
     image = shape() if shape is not trapezoid else outline(trapezoid())
     assert not main_direction(image).clear
 
@@ -126,7 +126,7 @@ def test_a_straightened_rectangle_has_its_sides_along_rows_and_columns(angle):
     assert walls.before(there) == pytest.approx(corners)
 
 
-def test_nothing_is_cut_off_the_turned_picture():
+def test_the_rotated_picture_is_complete():
     image = np.zeros((60, 200), np.uint8)
     image[[1, 1, -2, -2], [1, -2, 1, -2]] = 255
     spots = cv2.dilate(image, np.ones((3, 3), np.uint8))

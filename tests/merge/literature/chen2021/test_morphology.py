@@ -28,7 +28,7 @@ def test_the_first_proposal_and_the_answer_as_published_are_the_truth(size, scal
     assert answer.evidence is None
 
 
-def test_it_does_not_depend_on_chance():
+def test_the_result_is_deterministic():
     target, source, _ = crisp_pair()
     method = Morphology()
     maps = method.describe(target), method.describe(source)
@@ -37,7 +37,7 @@ def test_it_does_not_depend_on_chance():
 
 
 @pytest.mark.slow
-def test_a_cave_has_no_main_direction_and_is_matched_all_the_same():
+def test_a_cave_has_no_main_direction_and_is_still_matched():
     rng = np.random.default_rng(5)
     world, source_from_world = cave(rng, 30.0, 26.0), Similarity2(3.0, 1.0, -0.9)
     views = viewpoints(world, rng, (8.0, 8.0), (22.0, 18.0))  # the straight outer walls lie out of sight
@@ -54,7 +54,7 @@ def test_a_cave_has_no_main_direction_and_is_matched_all_the_same():
     assert min(best) < 0.01
 
 
-def test_blank_maps_are_proposed_nothing_and_refused():
+def test_blank_maps_get_no_proposal_and_are_refused():
     method = Morphology()
     full, bare = method.describe(crisp_pair()[0]), method.describe(blank())
     for maps in ((full, bare), (bare, full), (bare, bare)):

@@ -20,7 +20,7 @@ def test_exact_matches_among_wrong_ones_give_their_similarity():
     assert np.allclose(found.matrix(), truth.matrix())
 
 
-def test_it_is_one_sample_and_not_fitted_again():
+def test_the_result_is_one_sample_without_a_refit():
     target, source = matches(Similarity2(), wrong=0)
     target = target + np.random.default_rng(1).normal(0, 1, target.shape)
     found = most_inliers(target, source, 2000, 5.0, np.random.default_rng(0))

@@ -23,7 +23,7 @@ def prepare(values):
 
 
 @pytest.mark.parametrize("feature", ["sift", "orb"])
-def test_a_turned_world_is_proposed_first_and_to_a_fraction_of_a_cell(world, feature):
+def test_a_rotation_is_proposed_first_and_to_a_fraction_of_a_cell(world, feature):
     method, turned = Sift(feature), np.rot90(world, -1)  # rows up: counter-clockwise
     target, source = method.describe(prepare(turned)), method.describe(prepare(world))
     best = method.propose(target, source, ScaleRange.free(), np.random.default_rng(0))[0]
@@ -60,7 +60,7 @@ def test_the_ratio_test_by_hand():
 
 
 @pytest.mark.parametrize("feature", ["sift", "orb"])
-def test_a_blank_map_has_no_features_and_is_proposed_nothing(world, feature):
+def test_a_blank_map_has_no_features_and_no_proposals(world, feature):
     method = Sift(feature)
     blank, full = method.describe(prepare(np.zeros((40, 40), dtype=int))), method.describe(prepare(world))
     assert len(blank.points) == 0

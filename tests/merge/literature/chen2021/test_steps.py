@@ -22,20 +22,20 @@ def structure_of(image, half=None):
     return main_structure(dilated(image, half), interest_points(image, half), half), half
 
 
-def test_walls_are_what_is_darker_than_the_unknown():
+def test_walls_are_darker_than_unknown():
     assert binarised(np.array([[0, 100, 127, 128, 205, 255]], np.uint8), UNKNOWN_GREY).tolist() == [
         [255, 255, 255, 0, 0, 0]
     ]
 
 
 @pytest.mark.parametrize("thick", [1, 2, 3, 4, 5, 8])
-def test_thickness_is_measured_whatever_way_the_wall_runs(thick):
+def test_thickness_is_independent_of_the_direction_of_the_wall(thick):
     for horizontal in (True, False):
         found = wall_thickness(bar(thick, horizontal), 3, 0.9)
         assert (found.usual, found.thick) == (thick, thick)
 
 
-def test_thickness_tells_the_usual_wall_from_the_thick_ones():
+def test_thickness_separates_usual_from_thick_walls():
     image = bar(2)
     image[20:26, 50:110] = 255
     found = wall_thickness(image, 3, 0.9)
@@ -57,7 +57,7 @@ def test_closing_bridges_gaps_narrower_than_its_side_and_no_others(thick):
         assert (closed(image, side)[150, 140 : 140 + gap] > 0).all() == (gap < side)
 
 
-def test_closing_adds_nothing_at_the_border_and_takes_nothing_away():
+def test_closing_is_extensive_and_clean_at_the_border():
     image = np.zeros((20, 20), np.uint8)
     image[0, 3] = image[1, 12] = 255
     assert np.array_equal(closed(image, 5), image)
@@ -77,7 +77,7 @@ def test_points_of_a_thick_wall_lie_on_its_centre_line_a_tile_apart(thick, horiz
     assert steps.max() <= 2 * (2 * half + 1)
 
 
-def test_tiles_are_what_a_slow_scan_finds():
+def test_tiles_equal_those_of_a_slow_scan():
     rng = np.random.default_rng(1)
     image = cv2.dilate(np.where(rng.random((60, 70)) < 0.03, 255, 0).astype(np.uint8), np.ones((2, 5), np.uint8))
     half, left, slow = 1, np.pad(dilated(image, 1), 0).copy(), 0
@@ -130,7 +130,7 @@ def test_the_structure_of_a_room_runs_along_rows_and_columns_on_its_walls(thick)
         assert (seen > 0).mean() > 0.9
 
 
-def test_links_along_a_slanted_wall_are_drawn_as_they_run_only_without_a_main_direction():
+def test_slanted_lines_are_only_drawn_without_a_main_direction():
     image = np.zeros((SIDE, SIDE), np.uint8)
     cv2.line(image, (50, 60), (240, 230), 255, 2)
     points = interest_points(image, 1)
@@ -160,7 +160,7 @@ def test_an_l_has_a_corner_at_its_bend_and_one_at_each_end():
     assert len(found) == 3
 
 
-def test_a_blank_picture_goes_through_every_step():
+def test_every_step_accepts_a_blank_picture():
     blank = np.zeros((30, 40), np.uint8)
     structure, half = structure_of(blank)
     assert not structure.any()

@@ -14,14 +14,14 @@ def pair():
 
 
 @pytest.mark.parametrize("shift", [(4.0, -3.0, 0.0), (-3.0, 2.0, 0.02), (0.0, 0.0, -0.03)])
-def test_a_start_some_cells_off_settles_on_the_truth(pair, shift):
+def test_a_start_some_cells_off_converges_to_the_truth(pair, shift):
     target, source, truth, prepared = pair
     found = icp(target, source, Similarity2(*shift) @ truth, ScaleRange.known())
     assert off_share(found, truth, prepared) < 0.004
     assert found.scale == 1.0
 
 
-def test_the_scale_settles_too_where_it_is_free(pair):
+def test_a_free_scale_converges_too(pair):
     target, source, truth, prepared = pair
     middle = Similarity2(*source.points.mean(axis=0))
     larger = middle @ Similarity2(0.0, 0.0, 0.0, 1.01) @ middle.inverse()
@@ -30,13 +30,13 @@ def test_the_scale_settles_too_where_it_is_free(pair):
     assert off_share(found, truth, prepared) < 0.004
 
 
-def test_maps_the_other_way_round_settle_on_the_inverse(pair):
+def test_swapped_maps_converge_to_the_inverse(pair):
     target, source, truth, prepared = pair
     back = icp(source, target, truth.inverse(), ScaleRange.known())
     assert off_share(back.inverse(), truth, prepared) < 0.004
 
 
-def test_what_has_no_partner_stays(pair):
+def test_a_start_without_correspondences_is_returned(pair):
     target, source, _, _ = pair
     away = Similarity2(1e5, 0.0)
     assert icp(target, source, away, ScaleRange.known()) == away
@@ -45,7 +45,7 @@ def test_what_has_no_partner_stays(pair):
     assert icp(target, bare, away, ScaleRange.known()) == away
 
 
-def test_the_nearest_wall_is_the_one_a_search_finds(pair):
+def test_the_nearest_wall_equals_that_of_a_search(pair):
     target = pair[0]
     points = np.random.default_rng(0).uniform(0, 150, (200, 2))
     partners, near = target.partners(points, 8.0)
