@@ -37,57 +37,59 @@ def count_of_maps(number: int) -> str:
     return f"{number} map" if number == 1 else f"{number} maps"
 
 
-def _verdict(accepted: bool, reason: str | None) -> str:
-    return "accepted" if accepted else f"refused: {reason}"
-
-
 def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -> Table:
-    """Tabulate each pair's verdict, confidence and transform, with one standard deviation.
+    """Tabulate each pair's verdict, confidence and transform, with one standard deviation, in 80 columns.
 
-    A scale between cells and metres names both units. ``alternatives`` adds a row for each other placement.
+    Reasons are listed below. A scale between cells and metres names both units. ``alternatives`` adds a row for each
+    other placement, with its score against that of the answer.
     """
     table = plain_table(
-        ("pair", False), ("verdict", False), ("confidence", True), ("yaw", True), ("scale", True), ("x, y", True)
+        ("pair", False), ("verdict", False), ("confidence", True), ("yaw [deg]", True), ("scale", True), ("x, y", True)
     )
+    notes = []
     for pair in result.pairs:
-        source_unit = maps.units[maps.names.index(pair.source)]
-        head = (f"{pair.target} <- {pair.source}", _verdict_of(pair), f"{pair.confidence:.2f}")
-        table.add_row(*head, *_place(pair, source_unit, pair.target_from_source, pair.covariance))
+        name, source_unit = f"{pair.target} <- {pair.source}", maps.units[maps.names.index(pair.source)]
+        verdict = "accepted" if pair.accepted else "refused"
+        place = _place(pair, source_unit, pair.target_from_source, pair.covariance)
+        table.add_row(name, verdict, f"{pair.confidence:.2f}", *place)
+        notes += [f"{name}: {text}" for text in _note(pair)]
         for other in pair.alternatives if alternatives else ():
+            best = "" if pair.evidence is None else f"not {pair.evidence.score:.2f}"
             place = _place(pair, source_unit, other.target_from_source, None)
-            table.add_row("", f"or elsewhere: walls agree {other.score:.2f}{_against(pair)}", "", *place)
+            table.add_row(f"or elsewhere, {other.score:.2f}", best, "", *place)
     merged = len(result.reference_from_map)
-    table.caption = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
+    summary = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
     for group in result.groups[1:]:
         if len(group.reference_from_map) > 1:
-            table.caption += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
+            summary += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
     if not result.confidence_calibrated:
-        table.caption += "; confidence is uncalibrated"
+        summary += "; confidence is uncalibrated"
+    table.caption = "\n".join((*notes, summary))
     return table
 
 
-def _verdict_of(pair: PairResult) -> str:
-    if pair.accepted and pair.decided_by != "pair":
-        alone = f", alone refused: {pair.pair_refusal}" if pair.pair_refusal else ""
-        return f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}"
-    return _verdict(pair.accepted, pair.reason_text)
-
-
-def _against(pair: PairResult) -> str:
-    return "" if pair.evidence is None else f", not {pair.evidence.score:.2f}"
+def _note(pair: PairResult) -> tuple[str, ...]:
+    """Return the reason of a refusal, or who accepted a pair that was not accepted by itself."""
+    if not pair.accepted:
+        return (f"refused: {pair.reason_text}",)
+    if pair.decided_by == "pair":
+        return ()
+    alone = f", alone refused: {pair.pair_refusal}" if pair.pair_refusal else ""
+    return (f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}",)
 
 
 def _place(
     pair: PairResult, source_unit: Unit, transform: Similarity2 | None, covariance: NDArray[np.float64] | None
 ) -> tuple[str, str, str]:
+    """Format yaw, scale and translation, each above its standard deviation."""
     if transform is None:
         return "-", "-", "-"
     x, y, yaw, scale = _deviations(covariance)
-    mixed = "" if pair.unit == source_unit else f" {pair.unit}/{source_unit}"
+    mixed = "" if pair.unit == source_unit else f"\n{pair.unit}/{source_unit}"
     return (
-        f"{math.degrees(transform.yaw):.2f}{yaw} deg",
+        f"{math.degrees(transform.yaw):.2f}{yaw}",
         f"{transform.scale:.4f}{scale}{mixed}",
-        f"{transform.x:.2f}{x}, {transform.y:.2f}{y} {pair.unit}",
+        f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}{x}{y}",
     )
 
 
@@ -95,4 +97,5 @@ def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, 
     if covariance is None:
         return "", "", "", ""
     x, y, yaw, scale = np.sqrt(np.diag(covariance)).tolist()
-    return f" ± {x:.2f}", f" ± {y:.2f}", f" ± {math.degrees(yaw):.2f}", f" ± {scale:.4f}" if scale > 0.0 else ""
+    scale_text = f"\n± {scale:.4f}" if scale > 0.0 else ""
+    return f"\n± {x:.2f}", f", {y:.2f}", f"\n± {math.degrees(yaw):.2f}", scale_text

@@ -56,21 +56,31 @@ ERROR_PLACES = (("rotation_deg", 2), ("scale_percent", 2), ("displacement_m", 3)
 
 
 def verdict_table(results: StudyResults) -> Table:
-    """Tabulate each two methods that a test separates at some level, and all levels together."""
-    table = plain_table(("level", False), ("methods", False), ("difference", True), ("alone", True), ("p, Holm", True))
+    """Tabulate each two methods that a test separates at some level, and all levels together, in 80 columns."""
+    table = plain_table(
+        ("level", False), ("methods", False), ("difference\n[points]", True), ("alone", True), ("p, Holm", True)
+    )
     for test in results.tests:
         if test.level == ALL_LEVELS or test.verdict != "no difference shown":
-            table.add_row(*verdict_texts(test))
+            level, _, difference, alone, p = verdict_texts(test)
+            methods = f"{test.method}\n{VERDICTS[test.verdict]}\n{test.other}"
+            table.add_row(level, methods, difference.replace(" (", "\n("), alone, p)
     return table
+
+
+VERDICTS = {
+    "better": "better than",
+    "worse": "worse than",
+    "no difference shown": "not shown to differ from",
+}
 
 
 def verdict_texts(test: PairedTest) -> tuple[str, ...]:
     """Format level, verdict, difference of the shares in points with its interval, true accepts of one alone, p."""
     interval = "" if test.interval is None else f" ({100 * test.interval.low:+.1f} to {100 * test.interval.high:+.1f})"
-    verdict = {"better": "better than", "worse": "worse than"}.get(test.verdict, "not shown to differ from")
     return (
         " ".join(test.level),
-        f"{test.method} {verdict} {test.other}",
+        f"{test.method} {VERDICTS[test.verdict]} {test.other}",
         f"{100 * test.difference:+.1f}{interval}",
         f"{test.method_alone} : {test.other_alone}",
         f"{test.p_holm:.2g}",

@@ -11,11 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom
 
+from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.study.paired import ALL_LEVELS, mcnemar, paired_tests
 from mapquilt.study.records import TeamTrial
-from mapquilt.study.results import asked_pairs, build_cells
+from mapquilt.study.results import StudyResults, asked_pairs, build_cells
+from mapquilt.study.table import verdict_table
 from tests.mapquilt.evaluation.examples import evaluated
 from tests.mapquilt.study.conftest import plan
 
@@ -138,3 +140,11 @@ def test_holm_is_monotonic():
     adjusted = [test.p_holm for test in tests]
     assert adjusted == sorted(adjusted)
     assert all(test.p <= test.p_holm <= 1.0 for test in tests)
+
+
+def test_the_table_of_tests_fits_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    tests = [replace(test, other="morphology as published") for test in paired_tests(PLAN, sided(20, 1, 10))]
+    print_table(verdict_table(StudyResults(PLAN, (), (), (), (), (), tuple(tests))))
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert any("better than" in line and "(" in line for line in lines)
