@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,14 +10,10 @@ from mapping.io.carmen_reader import load_carmen
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import load_tum
 from mapping.robot.recorded_log import RecordedLog, covered_scans
+from mapquilt.logs.log_files import BAG_METADATA, CARMEN_ENDINGS, LOG_ENDINGS, is_bag, log_name
 from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.robot import load_run_robots
-
-BAG_ENDINGS = (".bag", ".mcap", ".db3")
-CARMEN_ENDINGS = (".log", ".clf", ".carmen", ".gz")
-LOG_ENDINGS = (*BAG_ENDINGS, *CARMEN_ENDINGS, ".npz")
-BAG_METADATA = "metadata.yaml"
 
 LoadingProgress = Callable[[int, int], None]
 """Called with the number of messages read and their total."""
@@ -63,11 +58,6 @@ class NamedLog:
     path: Path
 
 
-def is_log(path: Path) -> bool:
-    """Tell if a path names a log by its ending, or is the folder of a ROS 2 bag."""
-    return path.suffix.lower() in LOG_ENDINGS or (path / BAG_METADATA).is_file()
-
-
 def load_log(path: Path, source: LogSource, on_progress: LoadingProgress | None = None) -> tuple[NamedLog, ...]:
     """Load a CARMEN log, a ROS bag, a robot's ``log.npz``, or every log of a run.
 
@@ -83,30 +73,13 @@ def load_log(path: Path, source: LogSource, on_progress: LoadingProgress | None 
         raise ValueError(f"{path}: {error}") from None
 
 
-def log_name(path: Path) -> str:
-    """Name a robot after its file: letters, digits and underscores, a letter first."""
-    stem = path.resolve().name
-    while Path(stem).suffix.lower() in LOG_ENDINGS:
-        stem = Path(stem).stem
-    name = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")
-    return name if name[:1].isalpha() and name.isascii() else f"log_{name}".rstrip("_")
-
-
-def unique_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Number the names that come more than once."""
-    return tuple(
-        name if names.count(name) == 1 else f"{name}_{names[:index].count(name)}" for index, name in enumerate(names)
-    )
-
-
 def _load_file(path: Path, source: LogSource, on_progress: LoadingProgress | None) -> RecordedLog:
-    is_bag = path.suffix.lower() in BAG_ENDINGS or (path / BAG_METADATA).is_file()
     for option, topic in (("--scan-topic", source.scan_topic), ("--odom-topic", source.odom_topic)):
-        if topic is not None and not is_bag:
+        if topic is not None and not is_bag(path):
             raise ValueError(f"{option} {topic}: {path} is no bag, so it has no topics")
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file or folder")
-    if is_bag:
+    if is_bag(path):
         with rosbags_extra():
             from mapquilt.logs.bag_log import load_bag
         return load_bag(path, source.scan_topic, source.odom_topic, source.max_rate, on_progress)

@@ -8,7 +8,8 @@ from typing import Literal, get_args
 from mapping.io.tum import load_tum
 from mapping.robot.recorded_log import RecordedLog
 from mapping.robot.trajectory import Trajectory
-from mapquilt.logs.load_log import LOG_ENDINGS, LogSource, NamedLog, load_log
+from mapquilt.logs.load_log import LogSource, NamedLog, load_log
+from mapquilt.logs.log_files import LOG_ENDINGS
 from mapquilt.logs.map_folder import TRAJECTORY_FILE
 from mapquilt.runs import folder as run_folder
 

@@ -17,7 +17,8 @@ from mapping.settings import MappingSettings
 from mapping.slam.front_end import FRONT_ENDS, TRUE_POSES
 from mapping.slam.result import SlamResult
 from mapquilt.evaluation.trajectory_error import AbsoluteError, absolute_error
-from mapquilt.logs.load_log import NamedLog, unique_names
+from mapquilt.logs.load_log import NamedLog
+from mapquilt.logs.log_files import unique_names
 from mapquilt.runs.true_footprints import part_bounds
 from mapquilt.settings import check_parts
 

@@ -23,6 +23,7 @@ from mapquilt.cli.tables import merge_table, print_table, warn
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import remote_runner
 from mapquilt.leaves import with_assignments
+from mapquilt.logs.log_files import is_bag
 from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
 from mapquilt.merging.merge_again import answers_before
 from mapquilt.merging.merge_file import MergeTree, merge_record
@@ -39,7 +40,11 @@ from merge.verification.settings import AcceptanceSettings
 
 def merge(
     maps: Annotated[
-        list[Path], typer.Argument(metavar="RUN | MAP...", help="A run folder, or maps: map_server YAML, PGM or PNG.")
+        list[Path],
+        typer.Argument(
+            metavar="RUN | MAP...",
+            help="A run folder, or maps: map_server YAML, PGM or PNG, or logs of robots to map first.",
+        ),
     ],
     method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(method_names())}.")] = "quilt",
     scale: Annotated[
@@ -150,13 +155,14 @@ def _merge_inputs(
             raise ValueError(f"--out {out}: not allowed with --add, which writes into the folder of the merge")
         inputs = added_inputs(maps[0], add, unknown)
         return inputs, maps[0], answers_before(maps[0], inputs.maps, settings, seed)
-    if len(maps) == 1 and maps[0].is_dir():
+    if len(maps) == 1 and maps[0].is_dir() and not is_bag(maps[0]):
         if out is not None:
             raise ValueError(f"--out {out}: not allowed for a run, which stores its merge in its own folder")
         if unknown is not None:
             raise ValueError("--unknown: applies to map files only, not to a run")
         return run_inputs(maps[0]), maps[0], {}
-    inputs = file_inputs(maps, unknown)
+    with count_progress("mapping logs") as on_progress:
+        inputs = file_inputs(maps, unknown, on_progress)
     if out is not None:
         refuse_merge(out, maps)
     return inputs, out, {}

@@ -124,7 +124,7 @@ def test_several_logs_make_a_run_without_truth(tmp_path: Path, log: Path) -> Non
     out = tmp_path / "run"
     assert command("map", log, tmp_path / "room.npz", "--poses", "odometry", "--out", out) == 0
     names = [entry["name"] for entry in read_record(out / "maps.json", "maps")["maps"]]
-    assert names == ["room_0", "room_1"]
+    assert names == ["room", "room_1"]
     assert not (out / "truth.json").exists()
 
 
