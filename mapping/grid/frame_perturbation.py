@@ -56,10 +56,6 @@ class FramePerturbationRanges:
         return self.scale_low == self.scale_high == 1.0
 
 
-HONEST = FramePerturbationRanges(scale_low=1.0, scale_high=1.0)
-"""Rotated and shifted, but with the true resolution stated."""
-
-
 def draw_frame_perturbations(seed: int, maps: int, ranges: FramePerturbationRanges) -> tuple[Similarity2, ...]:
     """Draw ``start_from_map`` of each map of a team, from metres as the map states them to the robot's start frame.
 

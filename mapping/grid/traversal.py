@@ -109,37 +109,3 @@ def draw_scan(
                 to_y += 1.0
                 steps_y -= 1
                 t_y = to_y * apart_y if steps_y > 0 else math.inf
-
-
-@njit(cache=True)
-def mark_scan(
-    seen: NDArray[np.bool_], x0: float, y0: float, ends: NDArray[np.float64], kinds: NDArray[np.int8]
-) -> None:
-    """Mark all cells that ``draw_scan`` would touch. All must lie in the array."""
-    cols = seen.shape[1]
-    flat = seen.ravel()
-    col_0, row_0 = math.floor(x0), math.floor(y0)
-    for k in range(ends.shape[0]):
-        if kinds[k] == SKIP:
-            continue
-        dx, dy = ends[k, 0] - x0, ends[k, 1] - y0
-        cell = row_0 * cols + col_0
-        steps_x, steps_y = abs(math.floor(ends[k, 0]) - col_0), abs(math.floor(ends[k, 1]) - row_0)
-        step_x, step_y = (1 if dx > 0.0 else -1), (cols if dy > 0.0 else -cols)
-        apart_x, apart_y = (abs(1.0 / dx) if steps_x else math.inf), (abs(1.0 / dy) if steps_y else math.inf)
-        to_x = (col_0 + 1 - x0) if dx > 0.0 else (x0 - col_0)
-        to_y = (row_0 + 1 - y0) if dy > 0.0 else (y0 - row_0)
-        t_x, t_y = (to_x * apart_x if steps_x else math.inf), (to_y * apart_y if steps_y else math.inf)
-        flat[cell] = True
-        for _ in range(steps_x + steps_y):
-            if t_x < t_y:
-                cell += step_x
-                to_x += 1.0
-                steps_x -= 1
-                t_x = to_x * apart_x if steps_x > 0 else math.inf
-            else:
-                cell += step_y
-                to_y += 1.0
-                steps_y -= 1
-                t_y = to_y * apart_y if steps_y > 0 else math.inf
-            flat[cell] = True

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.grid.traversal import SKIP, beam_ends, mark_scan
+from mapping.grid.traversal import SKIP, beam_ends, draw_scan
 from mapping.robot.robot_log import RobotTruth
 
 TRUE_RESOLUTION = 0.05
@@ -34,10 +34,12 @@ def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> N
     low = np.floor(np.min([np.minimum(start, ends.min(axis=0)) for start, ends, _ in scans], axis=0))
     high = np.floor(np.max([np.maximum(start, ends.max(axis=0)) for start, ends, _ in scans], axis=0))
     cols, rows = (high - low + 1).astype(np.int64).tolist()
-    seen = np.zeros((rows, cols), np.bool_)
+    log_odds, touched = np.zeros((rows, cols), np.float32), np.zeros((rows, cols), np.int32)
+    visits, steps = np.zeros((1, 1), np.int32), (np.float32(0.0),) * 4
     for start, ends, kinds in scans:
-        mark_scan(seen, start[0] - low[0], start[1] - low[1], ends - low, kinds)
-    return _placed(seen, low[::-1].astype(np.int64), world)
+        x, y = start - low
+        draw_scan(log_odds, visits, touched, np.int32(1), x, y, ends - low, kinds, *steps, False)
+    return _placed(touched > 0, low[::-1].astype(np.int64), world)
 
 
 def _placed(seen: NDArray[np.bool_], first: NDArray[np.int64], world: GridFrame) -> NDArray[np.bool_]:

@@ -10,7 +10,6 @@ from mapping.robot.recorded_log import RecordedLog
 from mapping.robot.trajectory import Trajectory
 from mapquilt.logs.load_log import LogSource, NamedLog, load_log
 from mapquilt.logs.log_files import LOG_ENDINGS
-from mapquilt.logs.map_folder import TRAJECTORY_FILE
 from mapquilt.runs import folder as run_folder
 
 Poses = Literal["odometry", "reference"]
@@ -28,14 +27,14 @@ def load_trajectory(path: Path, poses: Poses, robot: str | None = None) -> Traje
     """
     if path.suffix.lower() in TUM_ENDINGS:
         return load_tum(path)
-    if path.is_dir() and not run_folder.is_run(path) and (path / TRAJECTORY_FILE).is_file():
-        return load_tum(path / TRAJECTORY_FILE)
+    if path.is_dir() and not run_folder.is_run(path) and (path / run_folder.TRAJECTORY_FILE).is_file():
+        return load_tum(path / run_folder.TRAJECTORY_FILE)
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such file or folder")
     if not path.is_dir() and path.suffix.lower() not in LOG_ENDINGS:
         raise ValueError(f"{path}: must be a run, a map of a log, or end in {', '.join((*TUM_ENDINGS, *LOG_ENDINGS))}")
     log = _of_robot(path, load_log(path, _EVERY_SCAN), robot)
-    estimated = path / log.name / TRAJECTORY_FILE
+    estimated = path / log.name / run_folder.TRAJECTORY_FILE
     if poses == "odometry" and estimated.is_file():
         return load_tum(estimated)
     return _poses(path, log.recorded, poses)

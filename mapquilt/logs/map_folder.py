@@ -21,7 +21,6 @@ from mapquilt.runs.truth_file import save_truth
 from mapquilt.runs.writer import MAPS_SCHEMA, RUN_SCHEMA
 from mapquilt.viz.png import figure_png
 
-TRAJECTORY_FILE = "trajectory.tum"
 GRAPH_FILE = "graph.g2o"
 PICTURE_FILE = "map.png"
 
@@ -60,7 +59,7 @@ def write_log_run(out: Path, maps: Sequence[LogMap], parts: int, on_step: Callab
 
 def _fill(folder: Path, drawn: LogMap) -> None:
     save_map(drawn.grid, folder / "map")
-    save_tum(folder / TRAJECTORY_FILE, drawn.result.trajectory)
+    save_tum(folder / run_folder.TRAJECTORY_FILE, drawn.result.trajectory)
     if drawn.result.edges:
         write_bytes_atomically(folder / GRAPH_FILE, g2o_text(drawn.result).encode())
     write_bytes_atomically(folder / PICTURE_FILE, figure_png(_figure(drawn)))

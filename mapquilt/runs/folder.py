@@ -32,6 +32,7 @@ from mapquilt.json_file import read_record, record_bytes
 RUN_FILE = "run.json"
 MAPS_FILE = "maps.json"
 MISSION_FOLDER = "mission"
+TRAJECTORY_FILE = "trajectory.tum"
 LOG_FILE = "log.npz"
 TRUTH_FILE = "truth.json"
 TRUTH_FOLDER = "truth"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,11 @@ from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 from sim.mission.settings import MissionSettings
 from sim.physics.bodies import Command
-from sim.physics.bullet import BulletScene
 from sim.physics.stopwatch import Stopwatch
 from worlds.world import World
+
+if TYPE_CHECKING:
+    from sim.physics.bullet import BulletScene
 
 STEP = 0.1
 """Spacing of the checked positions between two poses [m]."""

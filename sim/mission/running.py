@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,13 @@ from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 from sim.physics.bodies import Command
-from sim.physics.bullet import BulletScene
 from sim.physics.drive import Drive
 from sim.physics.robot import RobotSettings
 from sim.physics.stopwatch import Stopwatch
 from sim.sensors.lidar import Lidar
+
+if TYPE_CHECKING:
+    from sim.physics.bullet import BulletScene
 
 PHYSICS_STEP: dict[Drive, float] = {"velocity": 0.01, "wheels": 1.0 / 240.0}
 """Longest time step of the physics [s]."""

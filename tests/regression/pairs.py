@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.grid.frame_perturbation import HONEST, FramePerturbationRanges
+from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.evaluation.evaluated_pair import GroundTruth, PairInfo, evaluate_pair
@@ -30,7 +30,7 @@ from worlds.families.registry import FAMILIES, make_world
 SEED = 20_090
 ROBOTS, DURATION = 3, 60.0
 SAMPLES = (
-    ("noise-0.5", SampleSettings(SensingSettings(0.5), perturbation=HONEST, seed=SEED)),
+    ("noise-0.5", SampleSettings(SensingSettings(0.5), perturbation=FramePerturbationRanges(1.0, 1.0), seed=SEED)),
     ("noise-1", SampleSettings(SensingSettings(1.0), perturbation=FramePerturbationRanges(), seed=SEED + 1)),
     ("noise-2", SampleSettings(SensingSettings(2.0), perturbation=FramePerturbationRanges(), seed=SEED + 2)),
 )
