@@ -36,17 +36,17 @@ def merge(
 ) -> MergeResult:
     """Merge maps: find the transform of each pair, accept or refuse it, and fuse the maps that join.
 
-    ``maps`` are map files (map_server YAML, PGM, PNG), grids, a ``MapSet``, or the folder of a run. ``changes`` replace
-    fields of the settings, as in ``merge(files, method="orb")``. With ``out``, a new folder, the merged map and all
-    records are written there, as by ``mapquilt merge --out``; a run gets them in its own folder. ``workers`` is the
-    number of processes.
+    ``maps`` are map files (map_server YAML, PGM, PNG) or logs of robots, grids, a ``MapSet``, or the folder of a run.
+    ``changes`` replace fields of the settings, as in ``merge(files, method="orb")``. With ``out``, a new folder, the
+    merged map and all records are written there, as by ``mapquilt merge --out``; a run gets them in its own folder.
+    ``workers`` is the number of processes.
 
     Raises ``ValueError`` or ``OSError`` naming the file or setting that cannot be used. Maps that do not match are no
     error: their pair is refused, with a reason.
     """
     from mapquilt.jobs.runner import Workers, remote_runner
     from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
-    from mapquilt.merging.merge_inputs import file_inputs
+    from mapquilt.merging.path_inputs import path_inputs
     from merge.merger import merge_maps
     from merge.settings import MergeSettings
 
@@ -61,7 +61,7 @@ def merge(
                 if not isinstance(one, str | Path):
                     raise ValueError(f"maps[{number}] is a {type(one).__name__}, must be a file name like the others")
             paths = [Path(one) for one in maps if isinstance(one, str | Path)]
-            inputs = file_inputs(paths, None)
+            inputs = path_inputs(paths, None)
             for warning in inputs.warnings:
                 warnings.warn(warning, stacklevel=2)
             if out is not None:

@@ -286,7 +286,8 @@ def _count(words: Sequence[str], at: int, least: int = 1) -> int:
 
 
 def _ranges(words: Sequence[str], at: int, count: int) -> NDArray[np.float32]:
-    return np.array(_numbers(words[at:], count), dtype=np.float32)
+    with np.errstate(over="ignore"):  # farther than single precision tells: no return
+        return np.array(_numbers(words[at:], count), dtype=np.float32)
 
 
 def _pose(words: Sequence[str], at: int) -> SE2:

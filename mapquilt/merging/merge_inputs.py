@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from mapping.io.map_yaml import image_path, read_map_yaml
 from mapping.io.safe_path import safe_path
 from mapping.map_set import MapSet
 from mapquilt.json_file import read_record
-from mapquilt.logs.log_files import is_log
 from mapquilt.merging.load_maps import load_map_files
 from mapquilt.runs import folder as run_folder
 
@@ -42,22 +41,8 @@ def run_inputs(run: Path) -> MergeInputs:
     return MergeInputs(maps, tuple(entry["file"] for entry in record["maps"]), (None,) * len(maps))
 
 
-def file_inputs(
-    paths: Sequence[Path], unknown: int | None, on_progress: Callable[[int, int], None] | None = None
-) -> MergeInputs:
-    """Load map files of the user, and copy them; logs are mapped first, with their number for ``on_progress``."""
-    if not any(map(is_log, paths)):
-        return _map_file_inputs(paths, unknown)
-    if len(paths) == 1:
-        raise ValueError(f"{paths[0]}: gives one map; cut it with `mapquilt map --parts`, or name a second log or map")
-    from mapquilt.merging.drawn_logs import drawn_logs  # here: it loads what simulations need
-
-    with drawn_logs(paths, on_progress) as (files, warnings):
-        inputs = _map_file_inputs(files, unknown)
-    return replace(inputs, warnings=(*warnings, *inputs.warnings))
-
-
-def _map_file_inputs(paths: Sequence[Path], unknown: int | None) -> MergeInputs:
+def file_inputs(paths: Sequence[Path], unknown: int | None) -> MergeInputs:
+    """Load map files of the user, and copy them."""
     maps, warnings = load_map_files(paths, unknown)
     files, copies = [], {}
     for index, path in enumerate(paths):

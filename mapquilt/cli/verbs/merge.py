@@ -28,7 +28,8 @@ from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
 from mapquilt.merging.merge_again import answers_before
 from mapquilt.merging.merge_file import MergeTree, merge_record
 from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
-from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, file_inputs, run_inputs
+from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, run_inputs
+from mapquilt.merging.path_inputs import path_inputs
 from mapquilt.runs import folder as run_folder
 from merge.fusion import FUSIONS, FusionName
 from merge.merger import merge_maps
@@ -162,7 +163,7 @@ def _merge_inputs(
             raise ValueError("--unknown: applies to map files only, not to a run")
         return run_inputs(maps[0]), maps[0], {}
     with count_progress("mapping logs") as on_progress:
-        inputs = file_inputs(maps, unknown, on_progress)
+        inputs = path_inputs(maps, unknown, on_progress)
     if out is not None:
         refuse_merge(out, maps)
     return inputs, out, {}

@@ -15,7 +15,7 @@ from mapping.io.relations_file import load_relations
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import path
 from mapquilt.cli.tables import print_table
-from mapquilt.evaluation.slam_record import SlamEvaluation, evaluate_trajectory, evaluation_record
+from mapquilt.evaluation.slam_evaluation import SlamEvaluation, evaluate_trajectory, evaluation_record
 from mapquilt.evaluation.trajectory_error import MAX_DIFFERENCE, MotionError, Spread, Unit
 from mapquilt.json_file import write_record
 from mapquilt.logs.load_trajectory import POSES, load_trajectory

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mapping.geometry.se2 import SE2
 from mapping.io.carmen import save_carmen
@@ -199,3 +201,27 @@ def test_a_cut_archive_is_refused(tmp_path: Path) -> None:
     path.write_bytes(data[: len(data) // 2])
     with pytest.raises(ValueError, match=r"hand\.log: damaged or cut off"):
         load_carmen(path)
+
+
+WORDS = ("nan", "inf", "-1", "1e300", "1e12", "x", "0", "99999999999", "ODOM", "FLASER", "RAWLASER1", "")
+
+
+@given(st.lists(st.tuples(st.integers(0, 999), st.integers(0, 99), st.sampled_from(WORDS)), min_size=1, max_size=4))
+def test_a_damaged_word_is_read_or_refused_in_one_line(
+    tmp_path_factory: pytest.TempPathFactory, damages: list[tuple[int, int, str]]
+) -> None:
+    lines = []
+    for k in range(6):
+        lines += [odom(k, k, 0, 0), flaser(k, (k + 0.1, 0, 0), (k + 0.1, 0, 0)), odom(0, k + 0.1, 0, 0)]
+    for line, word, text in damages:
+        words = lines[line % len(lines)].split(" ")
+        words[word % len(words)] = text
+        lines[line % len(lines)] = " ".join(words)
+    path = written(tmp_path_factory.mktemp("damaged"), *lines)
+    try:
+        read = load_carmen(path)
+    except ValueError as error:
+        assert str(error).startswith(f"{path}: ")
+        assert "\n" not in str(error)
+    else:
+        assert 1 <= len(read.log.scans) <= 6

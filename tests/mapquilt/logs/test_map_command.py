@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -186,3 +187,13 @@ def test_what_is_no_log_or_no_folder_of_maps_is_left_alone(tmp_path: Path, log: 
         assert command("map", source, "--poses", "odometry", "--out", out) == 2
         assert message in capsys.readouterr().err
     assert (tmp_path / "mine" / "diary.txt").read_text() == "dear diary"
+
+
+def test_without_rosbags_the_message_says_how_to_install_it(tmp_path: Path, capsys, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0")
+    for name in [name for name in sys.modules if name.split(".")[0] == "rosbags"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "mapquilt.logs.bag_log", raising=False)
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    assert command("map", tmp_path / "a.bag", "--out", tmp_path / "map") == 2
+    assert "a ROS bag needs the package rosbags: pip install mapquilt[ros]" in capsys.readouterr().err
