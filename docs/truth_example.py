@@ -45,7 +45,7 @@ def robot_text(run: Path, mission: Mission, truth: RunTruth, index: int, name: s
     moved = fit.world_from_start_map.inverse() @ fit.world_from_map
     return (
         f"{name}: path {true.distance():.1f} m; drift at its end {math.hypot(end.x, end.y):.2f} m, "
-        f"{abs(math.degrees(end.yaw)):.1f} degrees; best fit turns the map by {math.degrees(moved.yaw):.2f} degrees "
+        f"{abs(math.degrees(end.yaw)):.1f} degrees; best fit rotates the map by {math.degrees(moved.yaw):.2f} degrees "
         f"against its start; distortion {fit.distortion:.3f} m\n"
     )
 

@@ -31,7 +31,7 @@ MOST_PARTS = 20
 
 
 def check_parts(parts: int) -> None:
-    """Raise ``ValueError`` naming the value where a mission cannot be cut into so many parts."""
+    """Raise ``ValueError`` naming the value if a mission cannot be cut into so many parts."""
     if not 1 <= parts <= MOST_PARTS:
         raise ValueError(f"parts is {parts}, must lie between 1 and {MOST_PARTS}")
 

@@ -136,7 +136,7 @@ def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Clus
 
 
 def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:
-    """Match the other pairs of a cluster again where it puts them, and refit it on those that agree."""
+    """Match the other pairs of a cluster again near its poses, and refit it on those that agree."""
     joined = {edge.pair for edge in cluster.edges}
     others = [pair for pair in combinations(sorted(cluster.poses), 2) if pair not in joined]
     least = team.settings.multimap.clustering.guided_log_odds

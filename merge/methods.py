@@ -78,8 +78,8 @@ _registered: dict[str, Method] = {}
 def register(name: str, proposers: Sequence[Proposer[Any]], published: Published[Any] | None = None) -> None:
     """Add a method under a name, for ``MergeSettings(method=name)``.
 
-    ``published`` is needed only for ``as_published``. Proposers must be hashable, and picklable where worker processes
-    merge: the settings of a merge bring the method along. Registering a name again replaces its method.
+    ``published`` is needed only for ``as_published``. Proposers must be hashable, and picklable for worker processes,
+    since the settings of a merge carry the method. Registering a name again replaces its method.
 
     Raises ``ValueError`` for the name of a built-in method, or no proposer.
     """

@@ -89,7 +89,7 @@ def _overlap(team: DrawnTeam, target: int, source: int) -> float:
 def _stays_connected(number: int, pairs: list[Pair]) -> bool:
     """Tell if the pairs join all maps, even without any one of them; three maps need only be joined.
 
-    With two answers about a map and no third, nothing tells which one is right.
+    With only two answers about a map, nothing shows which one is right.
     """
     if number < 4:
         return _is_connected(number, pairs)
@@ -152,7 +152,7 @@ def _wall_score(
 
 
 def _wrong(size: float, fixed: bool, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Draw a wrong move: to the next room, a hall turned round, or anywhere."""
+    """Draw a wrong move: to the next room, by half a turn, or anywhere."""
     turns = rng.choice([0.0, math.pi / 2.0, math.pi, -math.pi / 2.0]) if rng.random() < 0.7 else rng.uniform(-3.1, 3.1)
     reach, way = size * rng.uniform(WRONG_BEYOND, 0.6), rng.uniform(-math.pi, math.pi)
     growth = 0.0 if fixed or rng.random() < 0.5 else rng.uniform(-0.3, 0.3)

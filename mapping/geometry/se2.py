@@ -35,7 +35,7 @@ class SE2:
     ``x`` and ``y`` in metres, ``yaw`` in radians, counter-clockwise (REP 103), in [-pi, pi]. Name an instance by both
     frames: ``world_from_lidar = world_from_base @ base_from_lidar``.
 
-    Raises ``ValueError`` where a number is not finite.
+    Raises ``ValueError`` if a number is not finite.
     """
 
     x: float = 0.0

@@ -30,7 +30,7 @@ class Similarity2:
     ``x`` and ``y`` are metres of the frame on the left, ``yaw`` radians counter-clockwise in [-pi, pi],
     ``scale`` metres of the left frame per metre of the right one.
 
-    Raises ``ValueError`` where a number is not finite or the scale is not positive.
+    Raises ``ValueError`` if a number is not finite or the scale is not positive.
     """
 
     x: float = 0.0

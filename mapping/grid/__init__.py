@@ -1,1 +1,1 @@
-"""Occupancy grids: where cells lie, how scans fill them, and how they are resampled."""
+"""Occupancy grids: frames, updates by scans, and resampling."""

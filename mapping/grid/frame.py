@@ -48,7 +48,7 @@ class GridFrame:
         return np.floor(local[..., ::-1]).astype(np.int64)
 
     def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which cells, (N, 2) rows of row, col, lie in the raster: (N,)."""
+        """Mark the cells (N, 2), rows of row, col, that lie in the raster: (N,)."""
         cells = np.asarray(cells)
         inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.shape)), axis=-1)
         return inside

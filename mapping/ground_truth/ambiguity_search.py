@@ -1,6 +1,6 @@
 """Identifiability of a pair: an exact search for a second placement where the true footprints agree as well.
 
-Repeated rooms, shelves and symmetric halls are honestly ambiguous: there a refusal is right.
+Repeated rooms, shelves and symmetric halls are truly ambiguous, so a refusal is right.
 
 All rotations and shifts are bounded from above, and a score is counted only where the bound may beat the best
 placement so far. A rotation by a quarter turn more is a rotation of the fixed footprint by a quarter turn back, which

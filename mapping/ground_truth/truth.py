@@ -40,7 +40,7 @@ class MapTruth:
 class PairOverlap:
     """``overlap`` is the fraction of the smaller footprint that both robots observed, 0 to 1.
 
-    ``identifiability`` tells if the two footprints have one right answer.
+    ``identifiability`` states if the two footprints have one right answer.
     """
 
     overlap: float

@@ -30,7 +30,7 @@ SIZE_STEP = 12
 """Transforms have sizes that are multiples of this, so that few different ones are needed."""
 
 MAX_PENALTY = 10.0
-"""The penalty where no misses are allowed at all; any large number bounds as well."""
+"""Penalty if no misses are allowed; any large number gives a valid bound."""
 
 
 @njit(cache=True)

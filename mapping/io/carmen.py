@@ -29,7 +29,7 @@ def save_carmen(path: Path, log: RobotLog, truth: Trajectory | None = None) -> N
 
     ROBOTLASER1 states the directions of the beams; the older FLASER always means a forward half turn. A beam without a
     return reads more than ``maximum_range``, one to something too close reads 0. ``truth`` is ``world_from_base`` at
-    the scans' stamps. Numbers keep every bit. Format: the header of CARMEN's own logger (carmen.sourceforge.net).
+    the scans' stamps. Numbers have full precision. Format: the header of CARMEN's own logger (carmen.sourceforge.net).
 
     Raises ``ValueError`` if the truth has other stamps than the log, ``OSError`` if the file cannot be written.
     """

@@ -109,7 +109,7 @@ def image_path(path: Path, meta: MapYaml) -> Path:
 
 
 def map_yaml_text(meta: MapYaml) -> str:
-    """Return the text of the YAML with every bit of its numbers (nav2's own saver rounds to three decimals)."""
+    """Return the text of the YAML with numbers at full precision (nav2's own saver rounds to three decimals)."""
     origin = [meta.origin.x, meta.origin.y, meta.origin.yaw]
     fields = {
         "image": meta.image,

@@ -12,7 +12,7 @@ from mapping.robot.trajectory import Trajectory
 
 
 def save_tum(path: Path, trajectory: Trajectory) -> None:
-    """Write one line for each pose, in seconds and metres, with every bit; z, qx and qy are 0.
+    """Write one line for each pose, in seconds and metres, at full precision; z, qx and qy are 0.
 
     Format: TUM RGB-D benchmark, https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.
     Raises ``OSError`` if the file cannot be written.

@@ -15,7 +15,7 @@ OVERLAP_UNKNOWN = "overlap unknown"
 
 @dataclass(frozen=True)
 class Stratum:
-    """One method's answers under a name. ``has_truth`` is False where there is no transform to find."""
+    """One method's answers under a name. ``has_truth`` is False if there is no transform to find."""
 
     group: str
     name: str

@@ -26,7 +26,7 @@ def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: int | None) -
     Raises ``ValueError`` or ``OSError`` naming a file that cannot be read, is not a map, or would replace the source.
     """
     if out.is_symlink():
-        out = Path(os.path.realpath(out))  # so that YAML and picture lie side by side where the link leads
+        out = Path(os.path.realpath(out))  # so that YAML and picture have the same folder
     kind = _picture_kind(out, mode)
     loaded = load_map(source, unknown_grey=unknown_grey)
     if not out.parent.is_dir():

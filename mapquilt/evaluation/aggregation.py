@@ -17,7 +17,7 @@ ERRORS = tuple(field.name for field in fields(TransformError))
 
 @dataclass(frozen=True)
 class Aggregate:
-    """Results of one method on a group of pairs; None where there is nothing to count.
+    """Results of one method on a group of pairs; None if there is nothing to count.
 
     - ``pairs``: all pairs of the group; ``asked``: those whose transform should be found;
     - ``distorted``: of the asked ones, those whose truth is not reliable (``EvaluatedPair.reliable``);

@@ -29,7 +29,7 @@ class Calibration:
     ``brier``: Brier 1950, ``base_brier`` that of always claiming the base rate; ``ece``: expected calibration error
     over bins of equal mass (Naeini et al. 2015); ``auc``: probability that a right answer has the higher confidence,
     ties counting half, None where all answers are right or none is; ``nees``: mean normalised squared error of the
-    right answers (``normalised_error``), None where none has a covariance.
+    right answers (``normalised_error``), None if none has a covariance.
     """
 
     method: str
@@ -43,7 +43,7 @@ class Calibration:
 
 
 def calibration(pairs: Sequence[EvaluatedPair]) -> Calibration | None:
-    """Measure the calibration of one method's answers; None where no pair has a reliable truth."""
+    """Measure the calibration of one method's answers; None if no pair has a reliable truth."""
     judged = [one for one in pairs if one.reliable and one.confidence is not None]
     if not judged:
         return None

@@ -99,7 +99,7 @@ class EvaluatedPair:
     - ``error``: of the answer; None without an answer or without common ground;
     - ``right``: the error is within the criterion, whether the answer was accepted or not;
     - ``distorted``: the residual of the truth exceeds half the displacement that the criterion allows, so that even a
-      perfect answer may miss. None exactly where no residual is known; aggregations then treat the pair as distorted,
+      perfect answer may miss. None exactly if no residual is known; aggregations then treat the pair as distorted,
       because its truth is not known well enough either (``reliable``);
     - ``normalised_error``: see ``transform_error.normalised_error``; None without a covariance;
     - ``seconds``: processor time of the pair on one thread.

@@ -7,7 +7,7 @@ from mapquilt.evaluation.statistics import Interval, Share
 
 
 def error_texts(one: EvaluatedPair) -> tuple[str, str, str, str]:
-    """Format rotation [degrees], scale [%] and displacement [m, cells]; dashes where there is no error."""
+    """Format rotation [degrees], scale [%] and displacement [m, cells]; dashes for None."""
     error = one.error
     if error is None:
         return "-", "-", "-", "-"
@@ -20,7 +20,7 @@ def error_texts(one: EvaluatedPair) -> tuple[str, str, str, str]:
 
 
 def number_text(value: float | None, places: int) -> str:
-    """Format a number; a dash where there is none."""
+    """Format a number; a dash for None."""
     return "-" if value is None else f"{value:.{places}f}"
 
 

@@ -67,7 +67,7 @@ def observed_part(world: OccupancyGrid, footprints: Sequence[OccupancyGrid]) -> 
 def align_to_world(
     maps: MapSet, world_from_map: Mapping[str, Similarity2], reference_from_map: Mapping[str, Similarity2]
 ) -> Similarity2:
-    """Find the world_from_reference that places all joined maps best where they truly lie.
+    """Find the world_from_reference that best aligns all joined maps with their true transforms.
 
     A merged map may lie anywhere in the world: its frame is a gauge, so quality is measured after the best alignment,
     as trajectories are (Zhang and Scaramuzza 2018). Placing it by the truth of the reference map alone would turn the

@@ -107,7 +107,7 @@ def _transform_cells(prefix: str, transform: Similarity2 | None) -> dict[str, fl
 def from_row(row: Mapping[str, Any], folder: Path = Path()) -> EvaluatedPair:
     """Read a row, of this version or the one before. Map files are relative to ``folder``.
 
-    Evidence that the older version did not keep is NaN. Raises ``KeyError`` where a column is missing.
+    Evidence that the older version did not keep is NaN. Raises ``KeyError`` if a column is missing.
     """
     row = {OLD_NAMES.get(name, name): value for name, value in row.items()}
     get = row.get

@@ -120,10 +120,10 @@ def _trouble(entry: Path) -> str | None:
         return f"its {HASHES_FILE} cannot be read ({' '.join(str(error).split())[:200]})"
     expected = record.get("files") if isinstance(record, dict) else None
     if not isinstance(expected, dict):
-        return f"its {HASHES_FILE} tells of no files"
+        return f"its {HASHES_FILE} lists no files"
     for name in sorted(expected.keys() | found.keys()):
         if expected.get(name) != found.get(name):
-            return f"its {name} is not as it was written"
+            return f"its {name} has changed"
     return None
 
 

@@ -34,7 +34,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table: its columns, True where they hold numbers, and its cells as text."""
+    """A table: its columns, True if they hold numbers, and its cells as text."""
 
     heading: str
     caption: str

@@ -39,10 +39,10 @@ def dataset_content(folder: Path) -> Content:
         answers=tuple(answers),
         pictures=[
             Picture(
-                "What was made",
+                "Properties",
                 figures.read_bytes(),
                 "Histograms of true overlap, distortion, scale and residual of the pairs",
-                "True overlap, distortion, scale and residual of what was made.",
+                "True overlap, distortion, scale and residual.",
             )
         ]
         if figures.is_file()

@@ -26,7 +26,7 @@ PICTURES = (
         run_folder.COVERAGE_PICTURE,
         "Coverage",
         "Share of the free floor seen over time, by each robot and by the team",
-        "How much of the free floor had been seen as time went by.",
+        "Share of the free floor that was observed over time.",
     ),
 )
 

@@ -41,7 +41,7 @@ Kinds = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class PairPictures:
-    """Data addresses of PNGs; None where there is nothing to show."""
+    """Data addresses of PNGs; None if there is nothing to show."""
 
     target: str
     source: str
@@ -58,7 +58,7 @@ class Painter:
         self._alone = lru_cache(maxsize=8 * KEPT)(self._draw_alone)
 
     def draw(self, answer: EvaluatedPair) -> PairPictures:
-        """One pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
+        """Draw one pair. Raises ``ValueError`` or ``OSError`` naming a map file that cannot be read."""
         files = answer.pair.target_file, answer.pair.source_file
         if files[0] is None or files[1] is None:
             raise ValueError(f"{answer.pair.title}: has no map files")
@@ -111,7 +111,7 @@ def _kinds(log_odds: NDArray[np.float32], wall: int) -> Kinds:
 def _canvas(
     target: OccupancyGrid, source: OccupancyGrid, truth: Similarity2 | None, answer: Similarity2 | None
 ) -> GridFrame:
-    """Both maps whole where they truly lie, and the source where it is answered, or as much of that as is near."""
+    """Return a frame around both maps at the truth, and around the source at the answer as far as it is near."""
     corners = _corners(target)
     if truth is not None:
         corners = np.concatenate([corners, truth.apply(_corners(source))])

@@ -22,7 +22,7 @@ from worlds.raster import true_raster
 def largest_mission(world: str, seed: int, setups: Sequence[ExperimentConfig], cache: Path | None) -> Mission:
     """Simulate the mission with the most robots and the longest time of these setups, which share their drive.
 
-    Raises ``ValueError`` where the world does not hold the robots.
+    Raises ``ValueError`` if the robots do not fit into the world.
     """
     first = setups[0]
     robots, duration = max(setup.mission.robots for setup in setups), max(setup.mission.duration for setup in setups)

@@ -1,4 +1,4 @@
-"""What a study runs, known in full before anything is run."""
+"""Plan of a study."""
 
 from __future__ import annotations
 
@@ -75,8 +75,8 @@ class StudyPlan:
         return tuple(level for level, _ in self.setups)
 
     def tasks(self, cache: Path | None) -> list[MissionTask]:
-        """In turn over the worlds. A seed is a function of the study's seed and the mission's number alone: neither
-        level nor method changes what is drawn."""
+        """List the missions, alternating between worlds. A seed depends only on the study's seed and the mission's
+        number: neither level nor method changes it."""
         order = [world for _ in range(self.missions) for world in self.worlds]
         return [
             MissionTask(
@@ -92,7 +92,7 @@ class StudyPlan:
         ]
 
     def record(self) -> dict[str, Any]:
-        """All that the results depend on, as JSON holds it."""
+        """Build the record of everything that the results depend on."""
         return {
             "varied": [{"name": one.variable.name, "values": list(one.values)} for one in self.varied],
             "fixed": dict(self.fixed),

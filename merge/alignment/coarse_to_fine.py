@@ -49,7 +49,7 @@ def pattern_search(
 ) -> Similarity2:
     """Refine ``target_from_source`` (cells) by small steps in each parameter, as long as the score rises.
 
-    Distortion moves parts of a map by more than a narrow gate holds; the score, which counts all walls within the
+    Distortion moves parts of a map by more than a narrow gate of ICP; the score, which counts all walls within the
     tolerance, is then the better objective. Source: pattern search (Hooke and Jeeves 1961).
     """
 

@@ -44,7 +44,7 @@ def refine_proposals(
     """Refine the best proposals quickly, and return distinct hypotheses, the best first.
 
     Proposals that are nearly the same become one. Each is moved to the walls nearby, because only there its score
-    tells how well it fits; then the best are refined.
+    shows how well it fits; then the best are refined.
     """
     return _refine_best(target, source, proposals, scale, settings.hypotheses.refined, settings)
 

@@ -1,1 +1,1 @@
-"""Methods that others use or have published, by the cited descriptions: what the merger is measured against."""
+"""Published methods, by the cited descriptions, as baselines of the merger."""

@@ -36,12 +36,12 @@ class Hough:
     """Carpin 2008, "Fast and accurate map merging for multi-robot systems", in its robust variant.
 
     The Hough spectrum of either map is correlated over rotation; each of the highest ``rotations`` local maxima, and
-    its neighbours a degree away, is a hypothesis. The target is turned so that its main walls lie along the axes, and
+    its neighbours a degree away, is a hypothesis. The target is rotated so that its main walls lie along the axes, and
     each hypothesis gets its translation from the projections of the walls on the two axes. The acceptance index of
     Birk and Carpin 2006 ranks hypotheses. Rigid: the scale is the middle of the range.
 
-    Walls are points here, and not pixels of turned pictures, so that turning loses none. ``acceptance_index`` is what
-    must be reached: the 98 % that Birk and Carpin 2006 ask for.
+    Walls are points here instead of pixels of rotated images, so that a rotation loses none. ``acceptance_index`` is
+    the least one of an accepted answer: 98 %, as in Birk and Carpin 2006.
     """
 
     rotations: int = 4

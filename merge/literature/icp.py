@@ -36,9 +36,9 @@ class Icp:
     least squares, and goes on until the mean square distance falls by less than ``least_fall`` of itself (section
     IV). The local minimum of least mean square distance over all initial rotations and translations wins (section
     V). Rigid: the scale is the middle of the range. Nearest points are looked up in a raster (``NearestWall``),
-    which in one of a thousand cases tells another that is hardly further.
+    which in one of a thousand cases returns another that is hardly farther.
 
-    - ``rotations``, ``shifts``: states start at so many turns round the circle, and at a square of so many shifts a
+    - ``rotations``, ``shifts``: states start at so many rotations, and at a square of so many shifts a
       side over the model's box;
     - ``points``: sample of the data points;
     - ``most_rms_cells``: an answer is accepted if the root mean square distance is below.
@@ -83,7 +83,8 @@ class Icp:
         return PairAnswer(_similarity(turns[0], shifts[0]), None, Verdict(rms <= most, most / (most + rms), refusal))
 
     def _ended(self, target: Shape, source: Shape, size: float) -> tuple[Complex, Complex, NDArray[np.float64]]:
-        """Run every state to its end: turns, shifts and mean square distances [target cells], sorted by distance."""
+        """Run every state until it converges. Returns rotations, shifts and mean square distances [target cells],
+        sorted by distance."""
         walls = NearestWall.of(target.points, size * _reach(source))
         turns, shifts = self._initial_states(target, source, size)
         errors = np.full(len(turns), np.inf)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Poses = NDArray[np.float64]
-"""Rows x, y [cells of the target], yaw [rad]: where the middle of the source comes to lie, and its turn."""
+"""Rows x, y [cells of the target], yaw [rad]: position of the middle of the source, and its rotation."""
 
 
 def matrices(poses: Poses, middle: NDArray[np.float64], size: float) -> NDArray[np.float64]:

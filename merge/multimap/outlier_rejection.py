@@ -129,7 +129,7 @@ def _parts(cluster: Cluster, model: ConsistencyModel) -> list[frozenset[int]]:
 
 
 def _split(cluster: Cluster, part: frozenset[int]) -> tuple[Cluster, Cluster]:
-    """Split a cluster into the rest and a part, both where they are."""
+    """Split a cluster into the rest and a part, without moving either."""
 
     def side(inside: bool) -> Cluster:
         poses = {index: pose for index, pose in cluster.poses.items() if (index in part) == inside}

@@ -61,7 +61,7 @@ def _rank(team: Team, group: MergedGroup) -> tuple[bool, int, int, int]:
 
 
 def _why_left_out(name: str, merged: Sequence[MergedGroup], pairs: Sequence[PairResult]) -> str:
-    """Explain why a map is not in the first group: its surest pair with a map of that, and where it is instead."""
+    """Explain why a map is not in the first group: its most confident pair with a map of it, and its own group."""
     first = merged[0].reference_from_map
     tried = [pair for pair in pairs if name in (pair.target, pair.source) and {pair.target, pair.source} & first.keys()]
     surest = max(tried, key=lambda pair: pair.confidence)

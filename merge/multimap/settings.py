@@ -82,7 +82,7 @@ class ClusteringSettings:
     - ``cycle_log_odds``: an answer gains so much in a triangle of answers that closes, and loses it in one that does
       not, where the two others are right;
     - ``cycle_iterations``: of the fixed point between the answers of all triangles;
-    - ``min_edge_log_odds``, ``max_edge_log_odds``: bounds of what an answer is worth after that;
+    - ``min_edge_log_odds``, ``max_edge_log_odds``: bounds of the log-odds of an answer after that;
     - ``restarts``: clusters are grown again from so many of the answers that the first clusters contradict;
     - ``refits``: at most so often edges and poses of a cluster are adapted to one another;
     - ``guided_log_odds``: pairs of a cluster whose cells say at least this are matched again where the cluster puts

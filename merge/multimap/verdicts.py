@@ -31,7 +31,7 @@ def with_guided_answer(answer: PairResult | None, guided: PairResult | None, agr
 def outside_graph(answer: PairResult | None, task: PairTask, overlaps: bool) -> PairResult:
     """Refuse a pair of a cluster that no edge of it joins, unless it was refused already.
 
-    ``overlaps`` tells if the cluster predicts that the two maps overlap.
+    ``overlaps`` is True if the cluster predicts that the two maps overlap.
     """
     if answer is None:
         return _not_tried(task, Reason.NOT_SELECTED if overlaps else Reason.NO_PREDICTED_OVERLAP)
@@ -46,7 +46,7 @@ def across_clusters(answer: PairResult | None, task: PairTask) -> PairResult:
 def with_agreeing_refusals(
     answer: PairResult, guided: PairResult, agrees: bool, confidence: float
 ) -> PairResult | None:
-    """Accept a refused pair where the fused clusters put it, if its guided answer ``agrees``; else None.
+    """Accept a refused pair at the transform of the fused clusters, if its guided answer ``agrees``; else None.
 
     ``confidence`` is that of the match of the fused clusters.
     """

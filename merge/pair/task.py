@@ -36,7 +36,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class PairTask:
-    """Two maps to match, and all that it takes: a worker knows nothing else. ``scale`` bounds stated metres of the
+    """Two maps to match, with everything that a worker needs. ``scale`` bounds stated metres of the
     target per stated metre of the source, or cells per cell where either map has no metres."""
 
     names: tuple[str, str]

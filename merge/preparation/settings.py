@@ -9,7 +9,7 @@ from merge.records.validation import require_valid
 
 @dataclass(frozen=True)
 class PreparationSettings:
-    """How a map is prepared for matching.
+    """Settings of the preparation of a map.
 
     - ``border_cells``: unknown cells around the known part, so that features at its rim are found whatever the size of
       the image;

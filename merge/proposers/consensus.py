@@ -43,7 +43,8 @@ def consensus(
     rng: np.random.Generator,
     settings: ConsensusSettings = ConsensusSettings(),
 ) -> tuple[Proposal, ...]:
-    """Propose similarities with many inliers among the matched points (M, 2) of target and source, most first.
+    """Propose similarities with many inliers among the matched points (M, 2) of target and source, by
+    falling number.
 
     Source: Fischler and Bolles 1981, two matches a sample. Unlike Chen 2021 the scale is bounded, so that it cannot
     collapse until everything is an inlier; each hypothesis is fitted again to its inliers, and several distinct ones

@@ -60,7 +60,7 @@ def likely_yaws(
 ) -> list[float]:
     """List the yaws [rad] that make walls parallel, best first; empty if no orientations correlate.
 
-    Each comes with its opposite, because the histogram does not tell front from back.
+    Each comes with its opposite, because the histogram does not distinguish front and back.
     """
     values = correlate_histograms(target, source)
     before, after = np.roll(values, 1), np.roll(values, -1)

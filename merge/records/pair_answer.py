@@ -14,7 +14,7 @@ from merge.records.evidence import Evidence
 from merge.records.verdict import Verdict
 
 RIGHT_YAW, RIGHT_GROWTH = math.radians(2.0), math.log(1.03)
-"""How far off an answer may be and still count as right."""
+"""Tolerance of a right answer."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ class Expected:
         return Expected(relative, math.hypot(target.sigma, source.sigma), settings)
 
     def allows(self, found: Similarity2) -> bool:
-        """Test if an answer agrees with the prior: by where it puts the origin of the source, and by its yaw."""
+        """Test if an answer agrees with the prior: by the position of the source's origin, and by its yaw."""
         most = self.settings.max_deviations
         shift = math.hypot(found.x - self.target_from_source.x, found.y - self.target_from_source.y)
         turn = abs(wrap_angle(found.yaw - self.target_from_source.yaw))

@@ -50,7 +50,7 @@ class PairResult:
 
     @property
     def reason(self) -> Reason | None:
-        """Reason of the refusal, None where the pair is accepted."""
+        """Reason of the refusal, None if the pair is accepted."""
         return None if self.refusal is None else self.refusal.reason
 
     @property

@@ -10,7 +10,7 @@ from typing import Any
 def require_valid(
     settings: Any, *, not_negative: tuple[str, ...] = (), shares: tuple[str, ...] = (), signed: tuple[str, ...] = ()
 ) -> None:
-    """Check the numbers of a settings dataclass: all must be finite, and whole where the field is an ``int``.
+    """Check the numbers of a settings dataclass: all must be finite, and whole if the field is an ``int``.
 
     They must be positive, but for the fields ``not_negative``, ``shares`` (0 to 1) and ``signed``. A tuple holds at
     least one number, and the rule of its field applies to each.

@@ -69,7 +69,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Accept or refuse an answer; ``refusal`` is None where it is accepted."""
+    """Accept or refuse an answer; ``refusal`` is None if it is accepted."""
 
     accepted: bool
     confidence: float
@@ -77,7 +77,7 @@ class Verdict:
 
     @property
     def reason(self) -> Reason | None:
-        """Reason of the refusal, None where the answer is accepted."""
+        """Reason of the refusal, None if the answer is accepted."""
         return None if self.refusal is None else self.refusal.reason
 
     @staticmethod

@@ -41,7 +41,7 @@ class UncertaintySettings:
       between cells;
     - ``cell_sigma_cells``: standard deviation of each wall cell by itself, in cells of the coarser map, because a
       raster rounds it;
-    - ``min_normal_isotropy``: below it all matched walls are taken as parallel: what they say of a shift along
+    - ``min_normal_isotropy``: below it all matched walls count as parallel: what they say of a shift along
       themselves is the raggedness of their cells; as in ``AcceptanceSettings``;
     - ``max_points``: wall points that are paired;
     - ``gate_tolerances``: two walls are paired if they are at most so many of the loosest tolerances apart;

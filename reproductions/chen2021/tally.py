@@ -19,7 +19,7 @@ from reproductions.chen2021.map_store import read_maps
 
 @dataclass(frozen=True)
 class CaseTally:
-    """One case and method; None where there is nothing to count.
+    """One case and method; None if there is nothing to count.
 
     ``overlap``: median true overlap of the two maps, as a share of the smaller; ``found``: shares and errors; ``index``
     and ``true_index``: median acceptance index at the answers and at the truth; ``seconds``: median.

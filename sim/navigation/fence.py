@@ -34,7 +34,7 @@ class Fence:
         return OccupancyGrid(grid.frame, log_odds)
 
     def add_to_points(self, seen: NDArray[np.float64], world_from_base: SE2) -> NDArray[np.float64]:
-        """Append the points of the fence (M, 2) to the ``seen`` points (N, 2), all in base [m]."""
+        """Append the points of the fence (M, 2) to the ``seen`` points (N, 2), all in the base frame [m]."""
         if len(self._points) == 0:
             return seen
         return np.concatenate((seen, world_from_base.inverse().apply(self._points)))

@@ -1,4 +1,4 @@
-"""Remember free floor, to tell moving objects from walls."""
+"""Remember free floor, to distinguish moving objects from walls."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ class Navigator:
         self._path = NO_PATH
         if len(movers):
             self._path = self._choose_path(now, here, self._free_space.static_map(known, movers))
-        if len(self._path) == 0:  # what is shut only by another robot is waited for
+        if len(self._path) == 0:  # wait if only another robot blocks the way
             self._path = self._choose_path(now, here, bare)
 
     def _choose_path(self, now: float, here: NDArray[np.float64], grid: OccupancyGrid) -> NDArray[np.float64]:

@@ -15,11 +15,11 @@ the shorter one: a wall hit at 80 degrees from its normal."""
 
 
 def apply_angular_jitter(scan: LidarScan, angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Read a clean scan with beam k turned by ``angles[k]`` [rad], (B,).
+    """Read a clean scan with beam k rotated by ``angles[k]`` [rad], (B,).
 
     Returns the ranges (B,) [m], and a mask (B,) of the beams that hit another surface than without jitter.
 
-    Between two beams that hit one surface, the turned beam ends on the straight line through both hits, which is exact
+    Between two beams that hit one surface, the rotated beam ends on the straight line through both hits, which is exact
     on a flat wall. Across an edge, or next to a beam without a return, it reads what the nearer beam reads, so that no
     point appears in mid-air. A full-turn scan wraps around; otherwise beams stay within the outermost ones. An angle of
     0 gives the original range, bit for bit.

@@ -19,7 +19,7 @@ WORST_LEVEL = 20.0
 
 @dataclass(frozen=True)
 class Noise:
-    """Hold the noise of lidar and odometry. The defaults are level 1: a usual small lidar on a decent robot."""
+    """Hold the noise of lidar and odometry. The defaults are level 1: a common small lidar on an ordinary robot."""
 
     lidar: RangeNoise = field(default_factory=RangeNoise)
     odometry: OdometryNoise = field(default_factory=OdometryNoise)
@@ -63,7 +63,7 @@ COMPONENTS = (
 class SensedLog:
     """Hold the noisy ``log`` of one robot and the mask of ``outliers`` (N, B) among its readings.
 
-    Outliers are lost, short and random readings, and those of beams that jitter turned onto another surface.
+    Outliers are lost, short and random readings, and those of beams that jitter moved to another surface.
     """
 
     log: RobotLog

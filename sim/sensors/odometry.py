@@ -115,7 +115,7 @@ def _decomposed(
 
 
 def _directions(path: Trajectory, steps: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit direction of each step (N - 1, 2), the heading where the step has no length."""
+    """Return the unit direction of each step (N - 1, 2), the heading if the step has no length."""
     ahead = np.stack((np.cos(path.poses[:-1, 2]), np.sin(path.poses[:-1, 2])), axis=-1)
     return np.where(way[:, None] > STANDING, steps / np.maximum(way, STANDING)[:, None], ahead)
 

@@ -10,8 +10,8 @@ from sim.sensors.noise import COMPONENTS, Noise
 
 @dataclass(frozen=True)
 class SensingSettings:
-    """Scale all noise by the level ``noise`` (0 exact, 1 a decent robot, 3 a bad one), and set single ``components`` by
-    name whatever the level, for example ``("lidar.range_sigma", 0.05)``.
+    """Scale all noise by the level ``noise`` (0 exact, 1 an ordinary robot, 3 a bad one), and set single ``components``
+    by name at any level, for example ``("lidar.range_sigma", 0.05)``.
 
     Raises ``ValueError`` with the field or component and its value.
     """

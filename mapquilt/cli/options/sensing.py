@@ -16,7 +16,7 @@ from sim.sensors.settings import SensingSettings
 
 SET_HERE = ("sensing", "mapping", "perturbation", "parts")
 
-NoiseOption = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 a decent robot, 3 a bad one.")]
+NoiseOption = Annotated[float, typer.Option(help="Noise level: 0 exact, 1 an ordinary robot, 3 a bad one.")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(

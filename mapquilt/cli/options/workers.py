@@ -10,7 +10,7 @@ import typer
 from mapquilt.jobs.runner import Workers
 
 WorkersOption = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes to run on; default: one per core.")
+    int | None, typer.Option("--workers", min=1, help="Number of processes; default: one per core.")
 ]
 SchedulerOption = Annotated[
     str | None, typer.Option("--scheduler", help="Dask scheduler to run on instead, such as tcp://head:8786.")

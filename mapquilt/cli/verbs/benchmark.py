@@ -52,11 +52,13 @@ def benchmark(
         int | None, typer.Option(help="Number of pairs to run, drawn evenly from all strata; default: all.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sample, the methods and the intervals.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes to run on; more than one disturb the times.")] = 1,
+    workers: Annotated[
+        int, typer.Option(min=1, help="Number of processes; more than one disturbs the measured times.")
+    ] = 1,
     scheduler: SchedulerOption = None,
     pictures: Annotated[
         int | None,
-        typer.Option(min=0, help="Most pairs per method to draw, errors first; default: every pair."),
+        typer.Option(min=0, help="Greatest number of pairs per method to draw, errors first; default: every pair."),
     ] = None,
 ) -> int:
     """Compare methods on pairs whose transform is known, with tables, records and pictures of every pair.

@@ -48,13 +48,14 @@ def calibrate(
     ] = None,
     method: Annotated[str, typer.Option(help="Method whose confidence is fitted.")] = "quilt",
     limit: Annotated[
-        int | None, typer.Option(help="Most pairs to fit on, and to check on, drawn evenly; default: all.")
+        int | None,
+        typer.Option(help="Greatest number of pairs to fit on, and to check on, sampled evenly; default: all."),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sample and of the method.")] = 0,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
 ) -> int:
-    """Fit the merger's confidence to generated pairs, and check it on worlds that were not fitted on.
+    """Fit the merger's confidence to generated pairs, and check it on held-out worlds.
 
     Prints the constants under their names in merge/verification/acceptance.py, and writes them with the reliability
     diagram of the check. Example: mapquilt calibrate --dataset data --out calibration

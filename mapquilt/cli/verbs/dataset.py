@@ -54,7 +54,7 @@ def make(
 ) -> int:
     """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
-    Status 1 if a sample failed; all other samples are made. Example: mapquilt dataset make smoke --out data
+    Exit status 1 if a sample failed; all other samples are made. Example: mapquilt dataset make smoke --out data
     """
     wanted = load_spec(spec)
     with (
@@ -81,7 +81,7 @@ def remake(
 ) -> int:
     """Make one sample again and compare it with the manifest, bit for bit.
 
-    Status 1 if a file differs. Example: mapquilt dataset remake data 000012 --out again
+    Exit status 1 if a file differs. Example: mapquilt dataset remake data 000012 --out again
     """
     different = remake_sample(folder, sample, out)
     if different:
@@ -93,7 +93,7 @@ def remake(
 
 @app.command("verify")
 def verify(folder: Folder) -> int:
-    """Hash every file again. Status 1 if one is missing, changed or not in the manifest.
+    """Hash every file again. Exit status 1 if one is missing, changed or not in the manifest.
 
     Example: mapquilt dataset verify data
     """

@@ -89,7 +89,7 @@ def merge(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, help="Processes to run on; default: one per core for more than 6 maps, else this one."),
+        typer.Option(min=1, help="Number of processes; default: one per core for more than 6 maps, otherwise one."),
     ] = None,
     scheduler: SchedulerOption = None,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
@@ -108,7 +108,7 @@ def merge(
 ) -> int:
     """Find the transforms between maps, and merge each group of connected maps into one map.
 
-    Status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
+    Exit status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
     """
     settings = MergeSettings(
         method=method,

@@ -25,7 +25,7 @@ def report(
         Path | None, typer.Option(help="HTML file to write; an older one is replaced. [default: DIR/report.html]")
     ] = None,
     pictures: Annotated[
-        int, typer.Option(min=0, help="Most pairs to draw; half of them errors, if there are as many.")
+        int, typer.Option(min=0, help="Greatest number of pairs to draw; up to half of them errors.")
     ] = 200,
 ) -> int:
     """Write one self-contained HTML file: summary, charts, and every pair with its maps, merge and truth.

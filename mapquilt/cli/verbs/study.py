@@ -60,7 +60,7 @@ def study(
     """Vary a setting on the same missions, and report shares with intervals, errors, map quality and time.
 
     Writes tables (CSV, JSON) and plots; `mapquilt report` shows them. After an interruption the same command continues.
-    Status 1 if a mission failed. See docs/studies.md. Example: mapquilt study noise --out study
+    Exit status 1 if a mission failed. See docs/studies.md. Example: mapquilt study noise --out study
     """
     plan = plan_study(
         sweep, vary or (), fixed or (), _methods(method or DEFAULT_METHODS, as_published), world or ("office",),

@@ -48,7 +48,7 @@ def list_worlds() -> None:
 def show(
     world: WorldName,
     seed: Seed = 7,
-    robots: Annotated[int, typer.Option(min=0, help="How many starts to draw, as `simulate` would choose them.")] = 3,
+    robots: Annotated[int, typer.Option(min=0, help="Number of starts to draw, chosen as by `simulate`.")] = 3,
     width: Width = None,
     height: Height = None,
     plan_resolution: PlanResolution = None,

@@ -69,7 +69,7 @@ def corner_consensus(
     scale: ScaleRange,
     settings: ConsensusSettings = ConsensusSettings(),
 ) -> list[CornerMatch]:
-    """Find distinct similarities with many corner pairs, most first; none if no similarity has enough.
+    """Find distinct similarities with many corner pairs, by falling number; none if no similarity has enough.
 
     Chen 2021 runs RANSAC on all point pairs of two clusters of k-means. Here every pair votes: for each rotation and
     scale it fixes the shift, and the shifts of most votes win (Ballard 1981). ``turns`` [rad] are the rotations to try,

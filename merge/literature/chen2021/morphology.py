@@ -93,7 +93,7 @@ class Morphology:
         return best
 
     def agreed(self, target: CorrectedMap, source: CorrectedMap, scale: ScaleRange) -> list[CornerMatch]:
-        """Find the similarities of most corner pairs, most first."""
+        """Find the similarities with most corner pairs, by falling number."""
         turns = None
         if target.correction.direction.clear and source.correction.direction.clear:
             turns = [target.lean - source.lean + k * math.pi / 2.0 for k in range(4)]

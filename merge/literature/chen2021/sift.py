@@ -81,7 +81,7 @@ class Sift:
     def propose(
         self, target: Features, source: Features, scale: ScaleRange, rng: np.random.Generator
     ) -> tuple[Proposal, ...]:
-        """Propose similarities with many inliers among the matched keypoints, most first; none if too few match."""
+        """Propose similarities by falling number of inliers among the matched keypoints; none if too few match."""
         matched = self.matched(target, source)
         pairs = np.asarray(
             np.unique(np.round(np.hstack(matched), 3), axis=0), np.float64

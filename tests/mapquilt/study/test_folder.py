@@ -98,7 +98,7 @@ def test_a_damaged_cache_gives_a_warning(tmp_path):
     (entry / "robot_0.npz").write_bytes(b"")
     with thread() as runner:
         found = run_study(wanted, tmp_path / "second", tmp_path / "missions", runner)
-    assert any("robot_0.npz is not as it was written; simulated again" in warning for warning in found.warnings)
+    assert any("robot_0.npz has changed; simulated again" in warning for warning in found.warnings)
     assert hashes(tmp_path / "first", but=TIMES) == hashes(tmp_path / "second", but=TIMES)
 
 
