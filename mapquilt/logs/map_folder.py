@@ -23,6 +23,7 @@ from mapquilt.viz.png import figure_png
 
 GRAPH_FILE = "graph.g2o"
 PICTURE_FILE = "map.png"
+SHEET_FILE = "maps.png"
 
 
 def refuse_map_folder(out: Path, several: bool) -> None:
@@ -48,6 +49,7 @@ def write_log_run(out: Path, maps: Sequence[LogMap], parts: int, on_step: Callab
     with atomic_folder(out) as folder:
         write_record(folder / run_folder.RUN_FILE, "run", _run_record(maps, parts, truth))
         write_record(folder / run_folder.MAPS_FILE, "maps", _maps_record(maps))
+        write_bytes_atomically(folder / SHEET_FILE, figure_png(_sheet(maps)))
         for one in maps:
             (folder / one.name).mkdir()
             _fill(folder / one.name, one)
@@ -82,6 +84,13 @@ def _figure(drawn: LogMap) -> Any:
         loops=[(int(result.keyframes[edge.first]), int(result.keyframes[edge.second])) for edge in result.loops],
         reference=reference,
     )
+
+
+def _sheet(maps: Sequence[LogMap]) -> Any:
+    from mapquilt.viz.log_map_picture import log_maps_figure
+
+    paths = [one.result.trajectory.poses[:, :2] for one in maps]
+    return log_maps_figure([one.name for one in maps], [one.grid for one in maps], paths)
 
 
 def _details(drawn: LogMap) -> str:

@@ -1,4 +1,4 @@
-"""Picture of the map of a log, with the path, the keyframes and the loops."""
+"""Pictures of maps of logs, with the path, the keyframes and the loops."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapquilt.viz.merge_picture import extent_of, show_grid
-from mapquilt.viz.palette import FENCE, INK, robot_colour
-from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, write_title
+from mapquilt.viz.palette import FENCE, INK, map_colours, robot_colour
+from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, lay_out, write_title
 
 LONGER_SIDE = 8.0
 """Longer side of the map on the sheet [inches]."""
@@ -63,6 +63,20 @@ def log_map_figure(
         fontsize=8, loc="upper left", bbox_to_anchor=(0.0, -BELOW / size[1]), frameon=False, ncols=6, borderaxespad=0.0
     )
     write_title(panel, name, details)
+    return figure
+
+
+def log_maps_figure(
+    names: Sequence[str], grids: Sequence[OccupancyGrid], paths: Sequence[NDArray[np.float64]]
+) -> Figure:
+    """Draw several maps beside one another, each in its own frame [m] with its path (N, 2)."""
+    figure, panels = lay_out([_extent(grid, path) for grid, path in zip(grids, paths, strict=True)])
+    for panel, name, grid, path, colour in zip(panels, names, grids, paths, map_colours(names), strict=True):
+        show_grid(panel, grid)
+        panel.plot(*path.T, color=colour, linewidth=1.0)
+        panel.plot(*path[0], "o", color=colour, markersize=5, markeredgecolor="white")
+        length = float(np.hypot(*np.diff(path, axis=0).T).sum())
+        write_title(panel, name, f"{length:.0f} m driven, start as a dot", colour)
     return figure
 
 
