@@ -99,7 +99,7 @@ def solve(team: Team, known: Answers) -> Solution:
 
 
 def match_pairs(team: Team, answers: Answers, pairs: Sequence[Pair]) -> Answers:
-    """Match pairs; those with a prior again near it, where they contradict it or were refused."""
+    """Match pairs; match pairs that were refused or contradict a prior again near the prior."""
     pairs = in_matching_order(pairs)
     found = dict(zip(pairs, team.run(match, [team.task(pair) for pair in pairs]), strict=True))
     again = []

@@ -70,7 +70,7 @@ def _decide(one: EvaluatedPair, settings: AcceptanceSettings) -> EvaluatedPair:
 
 
 def _open_evidence(one: EvaluatedPair, settings: AcceptanceSettings) -> list[Evidence]:
-    """Return the evidence where the fitted rule decides; nothing where another rule refuses."""
+    """Return the evidence if the fitted rule decides; nothing if another rule refuses."""
     if one.evidence is None:
         return []
     even = dataclasses.replace(settings, **dict.fromkeys(FITTED, 0.0), min_confidence=0.5)

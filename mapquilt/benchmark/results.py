@@ -32,7 +32,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class StratumResult:
-    """One method in one stratum; ``timing`` is None where seconds are unknown."""
+    """One method in one stratum; ``timing`` is None if seconds are unknown."""
 
     group: str
     stratum: str

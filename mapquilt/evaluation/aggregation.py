@@ -23,7 +23,7 @@ class Aggregate:
     - ``distorted``: of the asked ones, those whose truth is not reliable (``EvaluatedPair.reliable``);
     - ``right``, ``true_accepts``: shares of the asked pairs; ``false_accepts``: share of all;
     - ``over_missions``: bootstrap intervals of these shares over missions, since pairs of one mission are not
-      independent; empty where pairs have no mission;
+      independent; empty if pairs have no mission;
     - ``errors_right``, ``errors_accepted``: by name of the error, over right and over accepted answers to asked pairs;
     - ``acceptance_index``: median over answers to asked pairs (Birk and Carpin 2006).
     """

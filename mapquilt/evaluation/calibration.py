@@ -28,7 +28,7 @@ class Calibration:
 
     ``brier``: Brier 1950, ``base_brier`` that of always claiming the base rate; ``ece``: expected calibration error
     over bins of equal mass (Naeini et al. 2015); ``auc``: probability that a right answer has the higher confidence,
-    ties counting half, None where all answers are right or none is; ``nees``: mean normalised squared error of the
+    ties counting half, None if all answers are right or none is; ``nees``: mean normalised squared error of the
     right answers (``normalised_error``), None if none has a covariance.
     """
 

@@ -29,7 +29,7 @@ OUTCOMES: tuple[Outcome, ...] = ("false accept", "false reject", "true accept", 
 
 @dataclass(frozen=True)
 class PairInfo:
-    """Identity and origin of a pair of maps; None or empty where unknown.
+    """Identity and origin of a pair of maps; None or empty if unknown.
 
     - ``name``: unique within ``suite``, the data set or list of pairs; ``subset`` is a part of the suite;
     - ``target``, ``source``: names of the two maps; ``target_file``, ``source_file``: their map files;
@@ -60,7 +60,7 @@ class GroundTruth:
     """True relation of two maps.
 
     - ``target_from_source``: true transform; None for a pair without common ground, which a merger must refuse;
-    - ``overlap``: share of the smaller footprint that both robots observed; None where unknown;
+    - ``overlap``: share of the smaller footprint that both robots observed; None if unknown;
     - ``identifiable``: exactly one placement explains both footprints; False without common ground;
     - ``residual_m``: RMS residual of the fitted true transform [m]: 0 if it is exact, None if nothing was fitted;
     - ``target_scale``: true metres per metre that the target states.

@@ -30,7 +30,7 @@ MOST_POINTS = 2000
 class MapQuality:
     """``iou_free``: intersection over union of the free cells. ``precision_walls`` and ``recall_walls``: shares of the
     map's walls that lie within ``WALL_TOLERANCE`` of a true one, and of the true walls that lie as near to one of the
-    map's; ``f1_walls``: their harmonic mean (van Rijsbergen 1979). All 0 to 1; 0 where there is nothing to count."""
+    map's; ``f1_walls``: their harmonic mean (van Rijsbergen 1979). All 0 to 1; 0 if there is nothing to count."""
 
     iou_free: float
     f1_walls: float

@@ -49,7 +49,7 @@ OLD_NAMES = OLD_EVIDENCE | {
 
 
 def to_row(one: EvaluatedPair, folder: Path | None = None) -> dict[str, Any]:
-    """Flatten a pair; None where something does not apply. Times are left out, so that equal inputs give equal rows.
+    """Flatten a pair; None for values that do not apply. Times are left out, so that equal inputs give equal rows.
 
     Map files are named relative to ``folder``, or as the pair names them.
     """

@@ -37,7 +37,7 @@ class Workers:
 
     One process without a scheduler means this process. ``scheduler`` is the address of a Dask scheduler
     (``tcp://head:8786``), whose workers replace local processes. ``preload`` names modules that local processes share,
-    loaded once, where the system can fork.
+    loaded once, if the system can fork.
 
     Raises ``ValueError`` if ``processes`` is less than 1.
     """
@@ -103,7 +103,7 @@ def dask_cluster(address: str) -> tuple[Executor, int]:
 
 @contextmanager
 def remote_runner(workers: Workers) -> Iterator[Runner | None]:
-    """Start a runner, or give None where tasks run in this process anyway, for code that has a way of its own there."""
+    """Start a runner; None if tasks run in this process, which some callers handle themselves."""
     if workers.local:
         yield None
         return

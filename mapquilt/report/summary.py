@@ -1,4 +1,4 @@
-"""First lines of a report: the headline and the figures of each method."""
+"""First lines of a report: the headline and the numbers of each method."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class _Summary:
-    """Figures of one method; ``true_accepts`` is None without a pair that has exactly one right answer."""
+    """Numbers of one method; ``true_accepts`` is None without a pair that has exactly one right answer."""
 
     pairs: int
     true_accepts: Share | None
@@ -67,7 +67,7 @@ def headline(content: Content) -> str:
 
 
 def tiles(content: Content) -> list[Tile]:
-    """Show the figures of the first method."""
+    """Show the main numbers of the first method."""
     methods = methods_of(content.answers)
     pairs = len({(one.pair.title, one.pair.level) for one in content.answers})
     shown = [Tile(f"{pairs:,}", "pairs of maps")]
@@ -88,7 +88,7 @@ def tiles(content: Content) -> list[Tile]:
 
 
 def method_sheet(answers: tuple[EvaluatedPair, ...]) -> Sheet | None:
-    """Tabulate the figures of each method; None where nothing was merged."""
+    """Tabulate the numbers of each method; None if nothing was merged."""
     methods = methods_of(answers)
     if not methods:
         return None

@@ -55,7 +55,7 @@ def shade(colour: str, index: int, count: int) -> str:
 
 
 def of_255(colour: tuple[int, int, int]) -> tuple[float, float, float]:
-    """Convert a colour of 0 to 255 to matplotlib's 0 to 1."""
+    """Convert a colour from 0..255 to 0..1 for matplotlib."""
     red, green, blue = colour
     return red / 255.0, green / 255.0, blue / 255.0
 

@@ -25,7 +25,7 @@ class PreparedMap:
 
     - ``points`` (N, 2): the surface, centres of occupied cells beside free space, in row-major order. (Beams end
       anywhere in such a cell; the edge towards the free space would make rooms of coarser maps smaller.);
-    - ``normals`` (N, 2): unit vectors into the free space, or zero where it lies on all sides;
+    - ``normals`` (N, 2): unit vectors into the free space, or zero if free space is on all sides;
     - ``nearest`` (4, rows, cols): index of the nearest surface point that faces right, up, left and down; N or more if
       there is none. So the two sides of a thin wall are not confused;
     - ``depth``: distance to the nearest cell that is not free; both have ``margin`` more cells on each side;

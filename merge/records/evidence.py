@@ -19,9 +19,9 @@ class Evidence:
     - ``tolerance_cells``: largest distance of two walls that count as one, in cells of the coarser map: the crisper
       the maps, the smaller;
     - ``inlier_length_cells``: length of the matched walls, in cells of the coarser map;
-    - ``normal_isotropy``: 0 where all matched walls are parallel, 1/2 where both directions have the same length;
+    - ``normal_isotropy``: 0 if all matched walls are parallel, 1/2 if both directions have the same length;
     - ``score``: the alignment score that ranks hypotheses, 0 to 1;
-    - ``second_best_score``: score of the best hypothesis elsewhere, 0 where there was none;
+    - ``second_best_score``: score of the best hypothesis elsewhere, 0 if there was none;
     - ``precision_probability``: probability, by the answer's covariance, that an answer at the right place is within 2
       degrees of rotation and 3 % of scale;
     - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;

@@ -42,12 +42,12 @@ class WallOverlap:
 
     @property
     def inlier_ratio(self) -> float | None:
-        """``inlier_length`` as a share of ``compared_length``; None where nothing is compared."""
+        """``inlier_length`` as a share of ``compared_length``; None if nothing is compared."""
         return self.inlier_length / self.compared_length if self.compared_length > 0.0 else None
 
     @property
     def violation_ratio(self) -> float | None:
-        """``violation_length`` as a share of ``compared_length``; None where nothing is compared."""
+        """``violation_length`` as a share of ``compared_length``; None if nothing is compared."""
         return self.violation_length / self.compared_length if self.compared_length > 0.0 else None
 
     @property

@@ -65,8 +65,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Case:
-    """``maps`` by name, the target first; more than two are a team. ``measured`` is the thesis's, None where it has
-    none."""
+    """``maps`` by name, target first; more than two are a team. ``measured`` is the thesis's, None if not measured."""
 
     name: str
     place: Place
