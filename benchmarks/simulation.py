@@ -23,8 +23,9 @@ from rich.console import Console
 from rich.table import Table
 
 from mapping.geometry.se2 import SE2
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.bodies import RAY_HEIGHT
 from sim.physics.bullet import SHORT_REACH, BulletScene
 from sim.physics.drive import Drive

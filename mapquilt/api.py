@@ -104,8 +104,8 @@ def simulate(
     from mapquilt.runs.sample import make_sample
     from mapquilt.runs.stages import simulate_run
     from mapquilt.settings import SampleSettings
-    from sim.mission.mission import simulate as simulate_mission
     from sim.mission.settings import MissionSettings
+    from sim.mission.simulation import simulate as simulate_mission
 
     place, notes = open_world(world, seed)
     for note in notes:

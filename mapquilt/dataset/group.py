@@ -20,7 +20,8 @@ from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, true_footprints
 from mapquilt.runs.writer import fill_run
 from sim.mission.file import save_mission
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
+from sim.mission.simulation import simulate
 
 PREVIEW_PICTURE = "preview.png"
 

@@ -19,8 +19,9 @@ from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapping.io.safe_load import read_json
 from mapquilt.json_file import to_text
 from sim.mission.file import load_mission, save_mission
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from worlds.world import World
 from worlds.world_file import world_to_json
 

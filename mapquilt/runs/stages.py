@@ -18,8 +18,9 @@ from mapquilt.settings import SampleSettings
 from merge.merger import Progress
 from sim.mission.coverage import coverage
 from sim.mission.file import load_mission, save_mission
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from worlds.world import World
 
 SimulationProgress = Callable[[float], None]

@@ -13,8 +13,9 @@ from mapping.robot.scan import LidarScan
 from mapquilt.jobs.mission_cache import MissionCache
 from mapquilt.runs.open_world import open_world
 from mapquilt.settings import ExperimentConfig
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.overlap import cut_to_overlap
+from sim.mission.simulation import simulate
 from sim.sensors.lidar import Lidar
 from worlds.raster import true_raster
 

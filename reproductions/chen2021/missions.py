@@ -13,8 +13,9 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.sensor_model import sensor_model
 from mapping.seeds import Role, stream
 from reproductions.chen2021.cases import FLOOR_MAPS, HALL_MAPS, RANGE_SIGMA, RESOLUTION, Place
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.noise import Noise, sense

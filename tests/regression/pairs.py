@@ -21,8 +21,8 @@ from mapquilt.scoring.run_score import run_ground_truth
 from mapquilt.settings import SampleSettings
 from merge.merger import match_maps
 from merge.settings import MergeSettings
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings, Starts
+from sim.mission.simulation import simulate
 from sim.sensors.settings import SensingSettings
 from tests.regression.golden import GoldenPair
 from worlds.families.registry import FAMILIES, make_world

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from mapping.geometry.se2 import SE2
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world

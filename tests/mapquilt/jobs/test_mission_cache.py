@@ -12,8 +12,9 @@ import pytest
 
 import mapquilt.jobs.mission_cache as cache_module
 from mapquilt.jobs.mission_cache import ROOMS, MissionCache, code_digest, mission_key
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from worlds.families.registry import make_world
 
 SETTINGS = MissionSettings(robots=1, duration=1.0)

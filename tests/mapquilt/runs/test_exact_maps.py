@@ -8,8 +8,8 @@ from mapping.grid.log_odds import LogOddsMapper
 from mapping.grid.sensor_model import SENSOR_MODELS, sensor_model
 from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from sim.mission.file import load_mission
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from worlds.families.registry import make_world
 from worlds.raster import true_raster
 

@@ -5,8 +5,8 @@ import pytest
 
 from mapping.ground_truth.footprint import observed
 from mapquilt.runs.true_footprints import ObservedSlices, part_bounds
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from worlds.families.registry import make_world
 from worlds.raster import true_raster
 

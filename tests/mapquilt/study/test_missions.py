@@ -9,7 +9,7 @@ import pytest
 
 from mapquilt.settings import ExperimentConfig, TeamSettings
 from mapquilt.study.missions import cut_mission, largest_mission
-from sim.mission.mission import simulate
+from sim.mission.simulation import simulate
 from worlds.families.registry import make_world
 
 LONG = ExperimentConfig(mission=TeamSettings(robots=3, duration=3.0))

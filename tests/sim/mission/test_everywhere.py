@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.drive import Drive
 from worlds.families.registry import FAMILIES, make_world
 

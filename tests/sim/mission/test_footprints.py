@@ -11,9 +11,10 @@ from mapping.ground_truth.footprint import observed
 from mapping.ground_truth.truth import overlap
 from sim.mission.coverage import coverage
 from sim.mission.first_seen import NEVER, first_seen
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.overlap import cut_to_overlap, start_attempts
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from worlds.families.registry import make_world
 from worlds.polygon import box, disc
 from worlds.raster import touched_cells, true_raster

@@ -11,9 +11,9 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.scan import LidarScan
-from sim.mission.mission import simulate
 from sim.mission.running import Driven
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.navigation.known_free_space import KnownFreeSpace
 from sim.navigation.navigator import Navigator, lookahead_segment
 from sim.navigation.right_of_way import blocks_path, retreat_cell, waiting_time, wall_distance

@@ -15,8 +15,9 @@ import pytest
 from mapping.geometry.se2 import SE2
 from mapping.ground_truth.footprint import observed
 from sim.mission.file import save_mission
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.robot import RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world
@@ -74,7 +75,7 @@ import sys
 from pathlib import Path
 from mapping.geometry.se2 import SE2
 from sim.sensors.lidar import Lidar
-from sim.mission.mission import simulate
+from sim.mission.simulation import simulate
 from sim.mission.file import save_mission
 from sim.mission.settings import MissionSettings
 from sim.physics.robot import RobotSettings

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mapping.geometry.se2 import SE2
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.bullet import BulletScene
 from sim.physics.drive import Drive, DriveLimits
 from sim.physics.robot import RobotSettings

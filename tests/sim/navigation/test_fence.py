@@ -9,8 +9,8 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.trajectory import Trajectory
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.navigation.fence import Fence
 from sim.physics.robot import RobotSettings
 from sim.policies.patrol import draw_goals

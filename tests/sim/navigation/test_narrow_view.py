@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.mission.mission import simulate
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from worlds.families.registry import make_world

@@ -154,12 +154,12 @@ def test_without_pybullet_sim_imports_and_simulate_raises() -> None:
     program = """
 import sys
 sys.modules["pybullet"] = None
-from sim.mission import file, mission, settings
+from sim.mission import file, settings, simulation
 from sim.policies import explore
 from sim.sensors import noise
 from worlds.families.registry import make_world
 try:
-    mission.simulate(make_world("office", 0), settings.MissionSettings(duration=1.0), 0)
+    simulation.simulate(make_world("office", 0), settings.MissionSettings(duration=1.0), 0)
 except ImportError as error:
     print(error)
 """

@@ -14,8 +14,9 @@ from mapping.geometry.se2 import SE2
 from mapping.robot.trajectory import Trajectory
 from sim.mission.controllers import make_patrols
 from sim.mission.file import load_mission, save_mission
-from sim.mission.mission import Mission, simulate
+from sim.mission.mission import Mission
 from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
 from sim.physics.robot import RobotSettings
 from tests.sim.mission.test_mission import digests
 from worlds.families.registry import make_world
@@ -130,7 +131,7 @@ def test_a_patrolling_team_on_wheels_gives_the_same_bytes_in_another_process(tmp
     program = """
 import sys
 from pathlib import Path
-from sim.mission.mission import simulate
+from sim.mission.simulation import simulate
 from sim.mission.file import save_mission
 from sim.mission.settings import MissionSettings
 from worlds.families.registry import make_world
