@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2, wrap_angle
-from mapping.robot.recorded_log import RecordedLog, covered_scans, usable_scans
+from mapping.robot.recorded_log import RateLimit, RecordedLog, covered_scans, usable_scans
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
@@ -60,8 +60,8 @@ class _Lines:
     restarts: int = 0
 
 
-def load_carmen(path: Path) -> RecordedLog:
-    """Read a CARMEN log, compressed by gzip or not.
+def load_carmen(path: Path, max_rate: float = math.inf) -> RecordedLog:
+    """Read a CARMEN log, compressed by gzip or not; scans beyond ``max_rate`` [Hz] are not kept.
 
     - Beams: ROBOTLASER1 and RAWLASER1 state their directions. FLASER and RLASER mean a half turn from -90 degrees on:
       180 beams lie 1 degree apart, 360 beams 0.5 degrees; other numbers of beams end at +90 degrees.
@@ -78,7 +78,7 @@ def load_carmen(path: Path) -> RecordedLog:
 
     Raises ``ValueError`` naming the file, the line and the fault; ``OSError`` if the file cannot be read.
     """
-    lines = _read_lines(path)
+    lines = _read_lines(path, max_rate)
     kind = next((name for name in LASERS if name in lines.readings), None)
     if kind is None:
         raise ValueError(f"{path}: no scan: must have lines {', '.join(LASERS)}")
@@ -191,8 +191,9 @@ def _trajectory(poses: Sequence[tuple[float, SE2]]) -> Trajectory | None:
     return Trajectory(table[:, 0], table[:, 1:])
 
 
-def _read_lines(path: Path) -> _Lines:
+def _read_lines(path: Path, max_rate: float) -> _Lines:
     lines, chain = _Lines(), _OdometryChain()
+    limits = {name: RateLimit(max_rate) for name in LASERS}
     last: SE2 | None = None
     for number, words in _messages(path):
         try:
@@ -212,7 +213,10 @@ def _read_lines(path: Path) -> _Lines:
                 lines.true.append((_stamp(rest, 6), SE2(*_numbers(rest, 6)[:3])))
             elif name in LASERS:
                 reading = replace(_reading(name, rest, number), chained=chain.pose)
-                lines.readings.setdefault(name, []).append(reading)
+                readings = lines.readings.setdefault(name, [])
+                # stamps that do not increase are for the whole log to judge
+                if limits[name].is_due(reading.stamp) or (readings and reading.stamp <= readings[-1].stamp):
+                    readings.append(reading)
                 last = reading.base or last
         except ValueError as error:
             raise ValueError(f"{path}: line {number}: {words[0]}: {error}") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -90,15 +91,16 @@ def _select(trajectory: Trajectory, kept: NDArray[np.int64]) -> Trajectory:
 def usable_scans(scans: Sequence[LidarScan], places: Sequence[str]) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Find the scans that one log can hold, and say which ones it cannot.
 
-    Dropped are scans whose stamp does not come after the one before, and those whose number of beams differs from the
-    first. ``places`` say where each scan stands in its file. Returns the indices of the others, (N,), and a warning
-    for each kind of fault.
+    Dropped are scans whose stamp does not come after the one before, and those whose number of beams is not the most
+    frequent one. ``places`` say where each scan stands in its file. Returns the indices of the others, (N,), and a
+    warning for each kind of fault.
     """
+    beams = Counter(scan.ranges.size for scan in scans).most_common(1)[0][0] if scans else 0
     kept: list[int] = []
     late: list[int] = []
     other: list[int] = []
     for index, scan in enumerate(scans):
-        if kept and scan.ranges.size != scans[kept[0]].ranges.size:
+        if scan.ranges.size != beams:
             other.append(index)
         elif kept and scan.stamp <= scans[kept[-1]].stamp:
             late.append(index)
@@ -108,8 +110,8 @@ def usable_scans(scans: Sequence[LidarScan], places: Sequence[str]) -> tuple[NDA
     if late:
         warnings.append(f"{_count(late)} dropped, no later than the scan before; the first: {places[late[0]]}")
     if other:
-        beams = f"{scans[other[0]].ranges.size} beams, not {scans[kept[0]].ranges.size}"
-        warnings.append(f"{_count(other)} dropped, of {beams}; the first: {places[other[0]]}")
+        numbers = f"of {scans[other[0]].ranges.size} beams, not {beams}"
+        warnings.append(f"{_count(other)} dropped, {numbers}; the first: {places[other[0]]}")
     return np.array(kept, np.int64), tuple(warnings)
 
 

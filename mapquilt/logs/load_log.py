@@ -88,7 +88,7 @@ def _load_file(path: Path, source: LogSource, on_progress: LoadingProgress | Non
     if path.suffix.lower() == ".npz":
         return RecordedLog(load_robot_log(path))
     if path.suffix.lower() in CARMEN_ENDINGS:
-        return load_carmen(path)
+        return load_carmen(path, source.max_rate)
     raise ValueError(f"{path}: must be a run, or end in {', '.join(LOG_ENDINGS)}")
 
 

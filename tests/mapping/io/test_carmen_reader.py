@@ -165,6 +165,20 @@ def test_scans_that_go_back_in_time_or_change_their_beams_are_dropped_by_line(tm
     )
 
 
+def test_a_fast_lidar_is_thinned_while_it_is_read(tmp_path: Path) -> None:
+    lines = [flaser(k / 40.0, (k, 0, 0), (k, 0, 0)) for k in range(80)]
+    read = load_carmen(written(tmp_path, *lines), max_rate=5.0)
+    np.testing.assert_allclose(np.diff(read.log.odometry.stamps)[1:], 0.2)
+    np.testing.assert_array_equal(read.log.odometry.poses[:, 0], read.log.odometry.stamps * 40.0)
+
+
+def test_the_most_frequent_number_of_beams_is_kept(tmp_path: Path) -> None:
+    lines = [flaser(k, (k, 0, 0), (k, 0, 0), beams=beams) for k, beams in enumerate((5, 4, 4, 5, 4))]
+    read = load_carmen(written(tmp_path, *lines))
+    np.testing.assert_array_equal(read.log.odometry.stamps, [1.0, 2.0, 4.0])
+    assert read.warnings == ("2 scans dropped, of 5 beams, not 4; the first: line 2",)
+
+
 def test_stamps_without_their_digits_are_replaced_by_numbers(tmp_path: Path) -> None:
     lines = [flaser(1018930000, (x, 0, 0), (x, 0, 0)) for x in range(5)]
     read = load_carmen(written(tmp_path, *lines))
