@@ -47,7 +47,7 @@ class MapSet:
 
     @property
     def scale_range(self) -> ScaleRange:
-        """The scales that an answer may have: known if the maps are metric, else free."""
+        """Range of the scale of an answer: known if the maps are metric, otherwise free."""
         return ScaleRange.known() if self.metric else ScaleRange.free()
 
     def __len__(self) -> int:

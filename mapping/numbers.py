@@ -9,13 +9,13 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def parse_number(text: str) -> float:
-    """A finite number. Raises ``ValueError`` naming the text."""
+    """Parse a finite number. Raises ``ValueError`` naming the text."""
     if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
         raise ValueError(f"{text!r} is no number")
     return float(text)
 
 
 def parse_range(text: str) -> tuple[float, float]:
-    """The two numbers of LO:HI. Raises ``ValueError`` naming the text."""
+    """Parse LO:HI into two numbers. Raises ``ValueError`` naming the text."""
     low, _, high = text.partition(":")
     return parse_number(low), parse_number(high)

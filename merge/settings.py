@@ -111,7 +111,7 @@ class MergeSettings:
 
     @property
     def chosen_published(self) -> Published[Any]:
-        """The method as published. Raises ``ValueError`` if it has no answer of its own."""
+        """Return the method as published. Raises ``ValueError`` if it has no answer of its own."""
         named = method_named(self.method).published
         if named is None:
             raise ValueError(f"method {self.method!r} has no answer of its own as published")

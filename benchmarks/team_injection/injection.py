@@ -87,7 +87,7 @@ def _overlap(team: DrawnTeam, target: int, source: int) -> float:
 
 
 def _stays_connected(number: int, pairs: list[Pair]) -> bool:
-    """Tell if the pairs join all maps, even without any one of them; three maps need only be joined.
+    """Check if the pairs join all maps, even without any one of them; three maps need only be joined.
 
     With only two answers about a map, nothing shows which one is right.
     """

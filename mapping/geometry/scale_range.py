@@ -63,7 +63,7 @@ class ScaleRange:
 
     @property
     def middle(self) -> float:
-        """The geometric mean, which is the stated scale if the range extends equally below and above it."""
+        """Geometric mean of the bounds: the stated scale if the range is symmetric about it."""
         return math.sqrt(self.low * self.high)
 
     def times(self, factor: float) -> ScaleRange:

@@ -72,7 +72,7 @@ class SE2:
         return np.array([[c, -s, self.y], [s, c, -self.x], [0.0, 0.0, 1.0]])
 
     def about(self, centre: ArrayLike) -> SE2:
-        """Do about ``centre`` (2,) what this motion does about the origin: ``p' = centre + self(p - centre)``."""
+        """Apply this motion about ``centre`` (2,) instead of the origin: ``p' = centre + self(p - centre)``."""
         centre = np.asarray(centre, dtype=np.float64)
         x, y = (centre + np.array([self.x, self.y]) - SE2(yaw=self.yaw).apply(centre)).tolist()
         return SE2(x, y, self.yaw)

@@ -77,7 +77,7 @@ class Similarity2:
         )
 
     def about(self, centre: ArrayLike) -> Similarity2:
-        """Do about ``centre`` (2,) what this similarity does about the origin: ``p' = centre + self(p - centre)``.
+        """Apply this similarity about ``centre`` (2,) instead of the origin: ``p' = centre + self(p - centre)``.
 
         Its tangent vector is ``Similarity2(*centre).adjoint() @ self.log()``.
         """

@@ -59,7 +59,7 @@ class Similarity2Array:
         return matrices
 
     def about(self, centres: ArrayLike) -> Similarity2Array:
-        """Do about ``centres`` (..., 2) what these similarities do about the origin."""
+        """Apply these similarities about ``centres`` (..., 2) instead of the origin."""
         x, y = np.moveaxis(np.asarray(centres, np.float64), -1, 0)
         return Similarity2Array(self.turn, self.shift + (1.0 - self.turn) * (x + 1j * y))
 

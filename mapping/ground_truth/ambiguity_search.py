@@ -57,7 +57,7 @@ class Identifiability:
 
     @property
     def identifiable(self) -> bool:
-        """Tell if no second placement agrees nearly as well as the true one."""
+        """Check if no second placement agrees nearly as well as the true one."""
         return self.second_best < MAX_SECOND_BEST * self.score
 
 

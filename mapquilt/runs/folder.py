@@ -125,7 +125,7 @@ def require_run(folder: Path) -> Path:
 
 
 def is_recorded(folder: Path) -> bool:
-    """Tell if the maps of a run were drawn from recorded logs, so that it has no mission."""
+    """Check if the maps of a run were drawn from recorded logs, so that it has no mission."""
     return read_record(require_run(folder) / RUN_FILE, "run")["mission"] is None
 
 

@@ -59,7 +59,7 @@ class MissionTask:
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """``missions`` of each of ``worlds``, all at every level. ``min_overlap`` is what pairs must share to count."""
+    """``missions`` of each of ``worlds``, at every level; pairs with an overlap below ``min_overlap`` do not count."""
 
     varied: tuple[Varied, ...]
     fixed: tuple[tuple[str, str], ...]

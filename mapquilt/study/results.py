@@ -58,7 +58,7 @@ class CellTime:
 
 @dataclass(frozen=True)
 class StudyResults:
-    """Trials in the order of missions, levels, methods and pairs, whatever order they were made in."""
+    """Trials in the order of missions, levels, methods and pairs, independent of the order of execution."""
 
     plan: StudyPlan
     pairs: tuple[EvaluatedPair, ...]

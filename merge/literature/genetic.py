@@ -182,7 +182,7 @@ def mean_likelihood(
 
 
 def _difference(to: Poses, start: Poses) -> Poses:
-    """Return the differences of poses (N, 3), angles the short way round."""
+    """Return the differences of poses (N, 3), angles wrapped to [-pi, pi]."""
     away = to - start
     away[:, 2] = (away[:, 2] + math.pi) % math.tau - math.pi
     return away

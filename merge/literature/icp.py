@@ -73,7 +73,7 @@ class Icp:
         return tuple(Proposal(_similarity(turn, shift)) for turn, shift in ended)
 
     def published(self, target: Shape, source: Shape, scale: ScaleRange, rng: np.random.Generator) -> PairAnswer:
-        """Return the state of least mean square distance, accepted if its root is within the bound."""
+        """Return the state with the least mean square distance, accepted if its root is within the bound."""
         if min(len(target.points), len(source.points)) < 3:
             return no_answer()
         turns, shifts, errors = self._ended(target, source, scale.middle)

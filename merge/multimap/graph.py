@@ -114,7 +114,7 @@ class Cluster:
         return min(self.poses)
 
     def contains(self, edge: Edge) -> bool:
-        """Tell if both maps of an edge are in the cluster."""
+        """Check if both maps of an edge are in the cluster."""
         return edge.target in self.poses and edge.source in self.poses
 
     def target_from_source(self, target: int, source: int) -> Similarity2:
@@ -140,7 +140,7 @@ class ConsistencyModel:
 
     @cached_property
     def gate(self) -> float:
-        """The largest squared error of an edge that agrees."""
+        """Largest squared error of an edge that agrees."""
         return float(chdtri(3 if self.fixed_scale else 4, 1.0 - self.settings.clustering.agreement_quantile))
 
     def agrees(self, edge: Edge, predicted: Similarity2, prediction: NDArray[np.float64] | float = 0.0) -> bool:
@@ -209,7 +209,7 @@ def pairs_of(edges: Sequence[Edge]) -> frozenset[Pair]:
 
 
 def is_connected(cluster: Cluster, edges: Sequence[Edge]) -> bool:
-    """Tell if the edges join all maps of a cluster."""
+    """Check if the edges join all maps of a cluster."""
     return int(connected_components(adjacency(sorted(cluster.poses), edges), directed=False)[0]) == 1
 
 

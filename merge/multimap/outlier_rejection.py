@@ -139,5 +139,5 @@ def _split(cluster: Cluster, part: frozenset[int]) -> tuple[Cluster, Cluster]:
 
 
 def _is_current(alignment: ClusterAlignment, cluster: Cluster) -> bool:
-    """Tell if an alignment is the one that the cluster has: it shares an edge with it."""
+    """Check if an alignment is the one that the cluster has: it shares an edge with it."""
     return bool(pairs_of(cluster.edges) & pairs_of(alignment.edges))

@@ -11,7 +11,7 @@ from merge.records.verdict import Reason, Refusal
 
 
 def needs_prior_search(answer: PairResult, expected: Expected) -> bool:
-    """Tell if a pair has to be matched again near its prior: it was refused, or it contradicts the prior."""
+    """Check if a pair has to be matched again near its prior: it was refused, or it contradicts the prior."""
     found = answer.target_from_source
     return not answer.accepted or found is None or not expected.allows(found)
 

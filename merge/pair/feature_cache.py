@@ -70,17 +70,17 @@ def prepare_map(grid: OccupancyGrid, settings: PreparationSettings = Preparation
 
 
 def cell_width(prepared: PreparedMap) -> float:
-    """Return the width of a cell of the prepared map map, in cells of its map."""
+    """Return the width of a cell of a prepared map, in cells of the map that it was prepared from."""
     return prepared.grid.frame.resolution
 
 
 def map_cells_from_prepared(prepared: PreparedMap) -> Similarity2:
-    """Return the transform from cells of the prepared map map to cells of its map."""
+    """Return the transform from cells of the prepared map to cells of the original one."""
     return Similarity2.from_se2(prepared.grid.frame.origin, cell_width(prepared))
 
 
 def metres_from_prepared(frame: GridFrame, prepared: PreparedMap) -> Similarity2:
-    """Return the transform from cells of the prepared map map to metres of its map, which has that frame."""
+    """Return the transform from cells of the prepared map to metres of the original one, which has that frame."""
     return Similarity2.from_se2(frame.origin, frame.resolution) @ map_cells_from_prepared(prepared)
 
 

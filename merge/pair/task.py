@@ -62,7 +62,7 @@ class PairTask:
 
     @property
     def methods(self) -> tuple[Method, ...]:
-        """The proposers of the method, or the method as published."""
+        """Return the proposers of the method, or the method as published."""
         settings = self.settings
         return (settings.chosen_published,) if settings.as_published else settings.chosen_proposers
 

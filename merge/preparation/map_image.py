@@ -11,7 +11,7 @@ OCCUPIED_GREY, UNKNOWN_GREY, FREE_GREY = 0, 128, 255
 
 
 def trinary_picture(grid: OccupancyGrid) -> NDArray[np.uint8]:
-    """The map in three greys, (rows, cols) uint8, highest row first: 0 occupied, 128 unknown, 255 free.
+    """Draw the map in three greys, (rows, cols) uint8, highest row first: 0 occupied, 128 unknown, 255 free.
 
     Source: Chen 2021, section 4.1. Thresholds on grey are not needed, since log-odds have a sign.
     """
@@ -30,5 +30,5 @@ def cells_from_pixels(pixels: NDArray[np.float64], rows: int) -> NDArray[np.floa
 
 
 def pixels_from_cells(points: NDArray[np.float64], rows: int) -> NDArray[np.float64]:
-    """The inverse of ``cells_from_pixels``."""
+    """Invert ``cells_from_pixels``."""
     return np.stack((points[:, 0] - 0.5, rows - 0.5 - points[:, 1]), axis=-1)

@@ -57,8 +57,8 @@ def calibrate(
 ) -> int:
     """Fit the merger's confidence to generated pairs, and check it on held-out worlds.
 
-    Prints the constants under their names in merge/verification/acceptance.py, and writes them with the reliability
-    diagram of the check. Example: mapquilt calibrate --dataset data --out calibration
+    Prints the fitted settings of acceptance, and writes them with the reliability diagram of the check.
+    Example: mapquilt calibrate --dataset data --out calibration
     """
     if not check_dataset:
         check_dataset, split, check = dataset, split or "train", check or "test"
