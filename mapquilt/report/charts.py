@@ -17,7 +17,7 @@ from mapquilt.evaluation.statistics import Share
 from mapquilt.report.content import Chart, methods_of
 from mapquilt.viz.palette import INK, OUTCOME_COLOURS
 from mapquilt.viz.plot_style import (
-    MUTED,
+    draw_series,
     in_per_cent,
     logarithmic,
     new_figure,
@@ -27,9 +27,9 @@ from mapquilt.viz.plot_style import (
     write_heading,
     write_legend,
 )
+from mapquilt.viz.reliability import reliability_figure
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
@@ -156,24 +156,14 @@ def _success(answers: Answers, classes: Sequence[Class], axis: str) -> tuple[Fig
             asked = [one for one in answers if one.method == method and one.identifiable and each.holds(one)]
             if asked:
                 share = Share.counted([one.outcome == "true accept" for one in asked])
-                points.append((each.place + shift, share))
+                points.append((each.place + shift, share.value, share.interval))
                 texts.append(f"{method} at {each.name}: {100 * share.value:.0f} % of {share.of}")
-        handles.append(_draw_shares(panel, points, index))
+        handles.append(draw_series(panel, points, index))
     panel.set_xticks(places, [each.name for each in classes])
     in_per_cent(panel)
     write_axes(panel, axis, "true accepts")
     write_legend(figure, handles, methods)
     return figure, "; ".join(texts)
-
-
-def _draw_shares(panel: Axes, points: Sequence[tuple[float, Share]], index: int) -> Line2D:
-    colour = series_colour(index)
-    for place, share in points:
-        reach = np.maximum(0.0, [[share.value - share.interval.low], [share.interval.high - share.value]])
-        panel.errorbar(place, share.value, yerr=reach, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2.5)
-    x, y = [place for place, _ in points], [share.value for _, share in points]
-    (line,) = panel.plot(x, y, color=colour, marker=series_marker(index), linewidth=1.8, markersize=5.5, clip_on=False)
-    return line
 
 
 def _errors(answers: Answers) -> Chart | None:
@@ -221,20 +211,12 @@ def _calibration(answers: Answers) -> Chart | None:
             drawn.append(found)
     if not drawn:
         return None
-    figure, panels = new_figure(min(3, len(drawn)), -(-len(drawn) // 3), width=3.9, height=3.9)
-    texts = []
-    for panel, found in zip(panels, drawn, strict=False):
-        panel.plot((0, 1), (0, 1), color=MUTED, linewidth=1.0, linestyle="--")
-        points = [(one.confidence, one.right) for one in found.bins]
-        _draw_shares(panel, points, methods_of(answers).index(found.method))
-        panel.set_xlim(-0.03, 1.03)
-        in_per_cent(panel)
-        figures = f"Brier {found.brier:.3f}, AUC {number_text(found.auc, 3)}"
-        write_heading(panel, f"{found.method}: {figures}")
-        write_axes(panel, "confidence", "share right" if panel is panels[0] else "")
-        texts.append(f"{found.method}, {found.pairs} answers: {figures}")
-    for panel in panels[len(drawn) :]:
-        panel.set_axis_off()
+    methods = methods_of(answers)
+    figure = reliability_figure(drawn, [methods.index(found.method) for found in drawn])
+    texts = [
+        f"{found.method}, {found.pairs} answers: Brier {found.brier:.3f}, AUC {number_text(found.auc, 3)}"
+        for found in drawn
+    ]
     return Chart(
         "Calibration",
         figure,

@@ -7,17 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mapping.numbers import parse_number, parse_range
 from mapquilt.evaluation.statistics import Interval, Quantiles
 from mapquilt.study.results import Cell, Mean, StudyResults
 from mapquilt.viz.plot_style import (
+    draw_series,
     in_per_cent,
     logarithmic,
     new_figure,
     series_colour,
-    series_marker,
     write_axes,
     write_heading,
     write_legend,
@@ -206,16 +204,9 @@ def _draw(panel: Axes, results: StudyResults, axis: Axis, second: str | None, of
 
 
 def _draw_series(panel: Axes, known: Sequence[tuple[float, Point]], index: int) -> Line2D:
-    colour = series_colour(index)
-    x = np.array([place for place, _ in known])
-    y = np.array([point.value for _, point in known])
-    bars = [(place, point.value, point.bar) for place, point in known if point.bar is not None]
-    for place, value, bar in bars:
-        reach = np.maximum(0.0, [[value - bar.low], [bar.high - value]])
-        panel.errorbar(place, value, yerr=reach, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2.5)
     banded = [(place, point.band) for place, point in known if point.band is not None]
     if banded:
         low, high = [band.low for _, band in banded], [band.high for _, band in banded]
+        colour = series_colour(index)
         panel.fill_between([place for place, _ in banded], low, high, color=colour, alpha=0.13, linewidth=0.0)
-    (line,) = panel.plot(x, y, color=colour, linewidth=1.8, marker=series_marker(index), markersize=5.0, clip_on=False)
-    return line
+    return draw_series(panel, [(place, point.value, point.bar) for place, point in known], index)

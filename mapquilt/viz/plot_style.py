@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
+from mapquilt.evaluation.statistics import Interval
 from mapquilt.viz.palette import INK, ROBOTS
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 GRID = "#dfe3e8"
 MUTED = "#6a737d"
@@ -59,6 +61,18 @@ def write_legend(figure: Figure, handles: Sequence[Artist], names: Sequence[str]
     figure.legend(
         handles, names, loc="outside upper left", ncols=min(len(names), 8), frameon=False, fontsize=9.5, labelcolor=INK
     )
+
+
+def draw_series(panel: Axes, points: Sequence[tuple[float, float, Interval | None]], index: int) -> Line2D:
+    """Draw a series of places, values and intervals as a line with error bars, and return the line."""
+    colour = series_colour(index)
+    for place, value, bar in points:
+        if bar is not None:
+            reach = [[max(0.0, value - bar.low)], [max(0.0, bar.high - value)]]
+            panel.errorbar(place, value, yerr=reach, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2.5)
+    x, y = [place for place, *_ in points], [value for _, value, _ in points]
+    (line,) = panel.plot(x, y, color=colour, linewidth=1.8, marker=series_marker(index), markersize=5.0, clip_on=False)
+    return line
 
 
 def in_per_cent(panel: Axes) -> None:

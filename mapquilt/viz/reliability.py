@@ -2,57 +2,36 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mapquilt.evaluation.calibration import Calibration
-from mapquilt.viz.palette import INK, ROBOTS
+from mapquilt.evaluation.formatting import number_text
+from mapquilt.viz.plot_style import MUTED, draw_series, in_per_cent, new_figure, write_axes, write_heading
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 COLUMNS = 3
 
 
-def reliability_figure(calibrations: Sequence[Calibration]) -> Figure:
-    """Draw bins of equal mass with Wilson's intervals, a panel per method; a calibrated one lies on the diagonal."""
-    from matplotlib.figure import Figure
+def reliability_figure(calibrations: Sequence[Calibration], series: Sequence[int] | None = None) -> Figure:
+    """Draw bins of equal mass with Wilson's intervals, a panel per method; a calibrated one lies on the diagonal.
 
+    ``series`` are the methods' numbers, which choose their colours; by default they are counted.
+    """
     columns = min(COLUMNS, len(calibrations))
-    rows = math.ceil(len(calibrations) / columns)
-    figure = Figure(figsize=(4.4 * columns, 5.0 * rows), layout="constrained", dpi=110)
-    for index, found in enumerate(calibrations):
-        axes = figure.add_subplot(rows, columns, index + 1)
-        _draw(axes, found, ROBOTS[index % len(ROBOTS)])
-        if index % columns == 0:
-            axes.set_ylabel("share of right answers", color=INK)
+    figure, panels = new_figure(columns, -(-len(calibrations) // columns), width=3.9, height=3.9)
+    for number, (panel, found) in enumerate(zip(panels, calibrations, strict=False)):
+        panel.plot((0, 1), (0, 1), color=MUTED, linewidth=1.0, linestyle="--")
+        points = [(one.confidence, one.right.value, one.right.interval) for one in found.bins]
+        draw_series(panel, points, number if series is None else series[number])
+        panel.set_xlim(-0.03, 1.03)
+        in_per_cent(panel)
+        brier = f"Brier {found.brier:.3f} (base rate {found.base_brier:.3f})"
+        numbers = f"{brier}\nECE {found.ece:.3f}, AUC {number_text(found.auc, 3)}"
+        write_heading(panel, f"{found.method}: {found.pairs} pairs")
+        write_axes(panel, f"confidence\n{numbers}", "" if number % columns else "share of right answers")
+    for panel in panels[len(calibrations) :]:
+        panel.set_axis_off()
     return figure
-
-
-def _draw(axes: Axes, found: Calibration, colour: str) -> None:
-    axes.plot((0.0, 1.0), (0.0, 1.0), color="#b9bec6", linewidth=1.0, linestyle="--")
-    confidence = np.array([one.confidence for one in found.bins])
-    right = np.array([one.right.value for one in found.bins])
-    low = right - np.array([one.right.interval.low for one in found.bins])
-    high = np.array([one.right.interval.high for one in found.bins]) - right
-    axes.errorbar(
-        confidence, right, yerr=np.maximum(0.0, (low, high)), color=colour, fmt="o-", linewidth=0.8, capsize=3
-    )
-    axes.set_xlim(-0.02, 1.02)
-    axes.set_ylim(-0.02, 1.02)
-    axes.set_aspect("equal")
-    axes.set_xlabel("confidence", color=INK)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(labelsize=8, colors=INK)
-    auc = "-" if found.auc is None else f"{found.auc:.3f}"
-    brier = f"Brier {found.brier:.3f} (base rate {found.base_brier:.3f})"
-    axes.set_title(
-        f"{found.method}: {found.pairs} pairs\n{brier}, ECE {found.ece:.3f}, AUC {auc}",
-        fontsize=9,
-        loc="left",
-        color=INK,
-    )
