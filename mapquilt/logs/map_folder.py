@@ -66,6 +66,8 @@ def _fill(folder: Path, drawn: LogMap) -> None:
         write_bytes_atomically(folder / GRAPH_FILE, g2o_text(drawn.result).encode())
     write_bytes_atomically(folder / PICTURE_FILE, figure_png(_figure(drawn)))
     save_map_record(folder / MAP_RECORD, drawn)
+    if drawn.result.timings:
+        run_folder.add_timings(folder, "map", drawn.result.timings)
 
 
 def _figure(drawn: LogMap) -> Any:

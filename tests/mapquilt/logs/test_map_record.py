@@ -11,7 +11,7 @@ from mapping.geometry.se2 import SE2
 from mapping.robot.recorded_log import RecordedLog
 from mapping.settings import MappingSettings
 from mapping.slam.result import Edge, LoopEvidence, SlamResult
-from mapquilt.json_file import check_record
+from mapquilt.json_file import check_record, read_record
 from mapquilt.logs.load_log import NamedLog
 from mapquilt.logs.log_map import LogMap, draw_log
 from mapquilt.logs.map_folder import write_log_map
@@ -30,7 +30,7 @@ def stand_in(recorded: RecordedLog) -> SlamResult:
     poses = [trajectory.pose(k) for k in keyframes.tolist()]
     edges = [Edge(k, k + 1, poses[k].inverse() @ poses[k + 1], covariance) for k in range(len(poses) - 1)]
     edges.append(Edge(0, len(poses) - 1, poses[0].inverse() @ poses[-1], covariance, EVIDENCE))
-    return SlamResult(trajectory, keyframes, tuple(edges))
+    return SlamResult(trajectory, keyframes, tuple(edges), {"tracking": 1.25, "loops": 0.5})
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +65,8 @@ def test_the_folder_has_the_graph(drawn: LogMap, tmp_path: Path) -> None:
     write_log_map(tmp_path / "map", drawn)
     names = [line.split()[0] for line in (tmp_path / "map" / "graph.g2o").read_text().splitlines()]
     assert names == ["VERTEX_SE2"] * 6 + ["FIX"] + ["EDGE_SE2"] * 6
+    timings = read_record(tmp_path / "map" / "timings.json", "timings")
+    assert timings == {"unit": "s", "map": {"tracking": 1.25, "loops": 0.5}}
 
 
 def test_the_picture_has_path_keyframes_and_loops_where_they_are(drawn: LogMap) -> None:
