@@ -16,7 +16,7 @@ from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, lay_out, writ
 
 LONGER_SIDE = 8.0
 """Longer side of the map on the sheet [inches]."""
-NARROWEST = 4.6
+NARROWEST = 7.2
 """Least width of the map on the sheet [inches], for title and legend."""
 LEGEND = 0.35
 """Height of the legend below the map [inches]."""
