@@ -20,7 +20,8 @@ from mapquilt.viz.palette import TRUE_WALL, UNKNOWN, picture, robot_colour
 from mapquilt.viz.png import figure_png
 from sim.mission.file import load_mission
 from sim.sensors.lidar_presets import lidar_preset
-from sim.sensors.noise import Noise, SensedLog, sense
+from sim.sensors.noise import Noise
+from sim.sensors.sensing import SensedLog, sense
 
 LEVELS = (0.0, 1.0, 3.0)
 AT = 0.3

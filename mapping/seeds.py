@@ -30,6 +30,13 @@ class Role(IntEnum):
     DATASET_NEGATIVES = 17
     BENCHMARK_SAMPLE = 18
     BENCHMARK_BOOTSTRAP = 19
+    PEOPLE = 20
+    DOORS = 21
+    MOVED_OBJECTS = 22
+    GLASS = 23
+    RAMPS = 24
+    WHEEL_SLIP = 25
+    SCAN_DELAY = 26
 
 
 def check_seed(seed: int) -> None:

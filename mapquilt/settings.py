@@ -21,6 +21,7 @@ from sim.mission.settings import CutSettings, MissionSettings, PolicyName, Start
 from sim.physics.drive import Drive
 from sim.physics.robot import RobotSettings
 from sim.policies.settings import BehaviourSettings
+from sim.sensors.adversity.settings import LEVEL_ONE, Adversity
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.odometry import OdometryNoise
@@ -181,7 +182,9 @@ def _max_rotation(config: ExperimentConfig, text: str) -> ExperimentConfig:
     return replace(config, perturbation=replace(config.perturbation, max_yaw=max_yaw_of(parse_number(text))))
 
 
-def _level(part: str, noise: RangeNoise | OdometryNoise, config: ExperimentConfig, text: str) -> ExperimentConfig:
+def _level(
+    part: str, noise: RangeNoise | OdometryNoise | Adversity, config: ExperimentConfig, text: str
+) -> ExperimentConfig:
     sensing = config.sensing
     for name, value in dataclasses.asdict(noise.scaled(parse_number(text))).items():
         sensing = sensing.with_component(f"{part}.{name}", value)
@@ -194,7 +197,8 @@ COMBINED: Combined = MappingProxyType(
         "perturbation.max_rotation": _max_rotation,
         "sensing.lidar.level": lambda config, text: _level("lidar", RangeNoise(), config, text),
         "sensing.odometry.level": lambda config, text: _level("odometry", OdometryNoise(), config, text),
+        "sensing.adversity.level": lambda config, text: _level("adversity", LEVEL_ONE, config, text),
     }
 )
 """Settings that set several leaves at once, or one in degrees: scales as hidden, honest or LO:HI; all components of the
-lidar, or of the odometry, at a noise level of their own."""
+lidar, or of the odometry, at a noise level of their own; all adversities at a level."""

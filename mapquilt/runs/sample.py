@@ -24,7 +24,8 @@ from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, TrueMa
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from mapquilt.settings import SampleSettings
 from sim.mission.mission import Mission
-from sim.sensors.noise import SensedLog, sense
+from sim.sensors.adversity.surroundings import draw_surroundings
+from sim.sensors.sensing import SensedLog, sense
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +72,10 @@ def make_sample(
     if places is None:
         seen = ObservedSlices(mission, (settings.parts,), settings.mapping.clear_range)
         places = true_footprints(mission, settings.parts, seen, on_step)
+    adversity, paths = settings.sensing.adversity, [truth.trajectory for truth in mission.robots]
+    around = draw_surroundings(mission.world, paths, adversity, settings.seed)
     sensed = [
-        sense(truth, settings.sensing.noise_of(lidar), settings.seed, index)
+        sense(truth, settings.sensing.noise_of(lidar), settings.seed, index, around)
         for index, (truth, lidar) in enumerate(zip(mission.robots, lidar_names(mission), strict=True))
     ]
     perturbations = draw_frame_perturbations(settings.seed, len(places.maps), settings.perturbation)

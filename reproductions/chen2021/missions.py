@@ -18,7 +18,8 @@ from sim.mission.settings import MissionSettings
 from sim.mission.simulation import simulate
 from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset, with_rate
-from sim.sensors.noise import Noise, sense
+from sim.sensors.noise import Noise
+from sim.sensors.sensing import sense
 from worlds.building.floor_plan import Room
 from worlds.families.registry import make_world
 from worlds.families.thesis_floor import thesis_floor_plan

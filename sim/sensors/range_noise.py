@@ -133,7 +133,7 @@ def add_range_noise(scan: LidarScan, noise: RangeNoise, draws: RangeDraws) -> tu
         read = noise.quantum * np.rint(read / noise.quantum)
     lost = (draws.dropout < noise.dropout) & (read != np.inf)
     read[lost] = np.inf
-    return _within_limits(scan, read), elsewhere | is_short | is_random | lost
+    return within_limits(scan, read), elsewhere | is_short | is_random | lost
 
 
 def _short_readings(
@@ -144,7 +144,8 @@ def _short_readings(
     return -mean * np.log1p(draws * np.expm1(-np.maximum(farthest, 0.0) / mean))
 
 
-def _within_limits(scan: LidarScan, read: NDArray[np.float64]) -> LidarScan:
+def within_limits(scan: LidarScan, read: NDArray[np.float64]) -> LidarScan:
+    """Return the scan with these readings (B,) [m]. Beyond the lidar's limits they become +inf or -inf (REP 117)."""
     ranges = read.astype(np.float32)
     ranges[ranges > np.float32(scan.range_max)] = np.inf
     ranges[ranges < np.float32(scan.range_min)] = -np.inf

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from sim.sensors.adversity.settings import Adversity
 from sim.sensors.lidar_presets import lidar_preset
 from sim.sensors.noise import COMPONENTS, Noise
 
@@ -25,6 +26,11 @@ class SensingSettings:
     def noise_of(self, lidar: str) -> Noise:
         """Return the noise of a robot that carries the lidar of that name."""
         return Noise.level(self.noise, lidar_preset(lidar).noise).with_fields(self.components)
+
+    @property
+    def adversity(self) -> Adversity:
+        """Return the adversity, which is the same for all robots."""
+        return self.noise_of("default").adversity
 
     def component_names(self) -> tuple[str, ...]:
         """List the names of all components."""

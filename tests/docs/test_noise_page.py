@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from mapquilt.cli.verbs.lidars import lidar_row
+from sim.sensors.adversity.settings import LEVEL_ONE, Adversity
 from sim.sensors.lidar_presets import PRESETS, LidarPreset
 from sim.sensors.noise import COMPONENTS, Noise
 
@@ -34,6 +35,15 @@ def test_each_component_is_documented_with_its_level(component: str) -> None:
         assert float(documented[component]) == getattr(Noise().odometry, component.partition(".")[2])
 
 
+@pytest.mark.parametrize("component", [name for name in COMPONENTS if name.startswith("adversity.")])
+def test_each_adversity_is_documented_with_its_default_and_level_one(component: str) -> None:
+    row = next(line for line in PAGE.splitlines() if line.startswith("|") and f"`{component}`" in line)
+    names, _, *values = [cell.strip().split(", ") for cell in row.strip("|").split("|")]
+    place, field = names.index(f"`{component}`"), component.partition(".")[2]
+    documented = [float(each[place]) for each in values]
+    assert documented == pytest.approx([getattr(Adversity(), field), getattr(LEVEL_ONE, field)], rel=1e-3)
+
+
 def script(name: str, *arguments: Path) -> str:
     command = [sys.executable, str(DOCS / name), *map(str, arguments)]
     return subprocess.run(command, check=True, capture_output=True, text=True, cwd=DOCS.parent).stdout
@@ -50,3 +60,8 @@ def test_the_drift_is_measured_on_any_run(merged_run: Path) -> None:
 def test_the_picture_is_drawn_of_any_run(merged_run: Path, tmp_path: Path) -> None:
     script("noise_example.py", merged_run, tmp_path / "noise.png")
     assert (tmp_path / "noise.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_picture_of_adversity_is_drawn_of_any_run(merged_run: Path, tmp_path: Path) -> None:
+    script("adversity_example.py", merged_run, tmp_path / "adversity.png")
+    assert (tmp_path / "adversity.png").read_bytes().startswith(b"\x89PNG")

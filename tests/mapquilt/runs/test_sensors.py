@@ -11,8 +11,10 @@ import pytest
 
 from mapping.io.robot_log_file import load_robot_log
 from sim.mission.file import load_mission
+from sim.sensors.adversity.settings import LEVEL_ONE
 from sim.sensors.lidar_presets import PRESETS, lidar_preset
-from sim.sensors.noise import Noise, sense
+from sim.sensors.noise import Noise
+from sim.sensors.sensing import sense
 from tests.conftest import command
 
 
@@ -101,3 +103,25 @@ def test_a_mission_of_an_unknown_lidar_is_refused_by_its_name(
     path.write_text(path.read_text().replace('"lds01"', '"lds99"'))
     assert command("sense", run, "--out", tmp_path / "new") == 2
     assert "'lds99' is unknown; known are default" in capsys.readouterr().err
+
+
+def test_adversity_is_switched_on_by_name_or_level_and_is_the_same_each_time(lds01_run: Path, tmp_path: Path) -> None:
+    clean, first, again, level = (tmp_path / name for name in ("clean", "first", "again", "level"))
+    people = ("--set", "adversity.people=30", "--set", "sensing.adversity.personal_space=0.3")
+    assert command("sense", lds01_run, "--out", clean) == 0
+    assert command("sense", lds01_run, *people, "--out", first) == 0
+    assert command("sense", lds01_run, *people, "--out", again) == 0
+    assert command("sense", lds01_run, "--set", "sensing.adversity.level=2", "--out", level) == 0
+    assert (log_ranges(first) < log_ranges(clean)).any()
+    assert (first / "robot_0/log.npz").read_bytes() == (again / "robot_0/log.npz").read_bytes()
+    components = json.loads((level / "run.json").read_text())["noise_components"]
+    assert components["adversity.people"] == 2.0 * LEVEL_ONE.people
+    assert components["adversity.ramp_slope"] == LEVEL_ONE.ramp_slope
+
+
+def test_a_bad_adversity_is_refused_before_anything_is_written(
+    lds01_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command("sense", lds01_run, "--set", "adversity.glass=2", "--out", tmp_path / "run") == 2
+    assert "--set adversity.glass=2: Adversity: glass is 2.0, must lie between 0 and 1" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

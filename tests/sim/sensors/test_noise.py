@@ -15,8 +15,9 @@ from mapping.seeds import Role, stream
 from sim.mission.mission import Mission
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import PRESETS
-from sim.sensors.noise import COMPONENTS, Noise, SensedLog, sense
+from sim.sensors.noise import COMPONENTS, Noise
 from sim.sensors.range_noise import RangeNoise
+from sim.sensors.sensing import SensedLog, sense
 
 QUIET = Noise.level(0.0)
 
@@ -67,8 +68,17 @@ ALL_ON = {
     "lidar.quantum": 0.001,
     "lidar.short": 0.02,
     "lidar.random": 0.02,
+    "adversity.slip": 1.0,
+    "adversity.jitter": 0.1,
 }
-OTHER_VALUES = {"lidar.quantum": (0.07, 0.0), "lidar.short_mean": (0.4, 3.0)}
+OTHER_VALUES = {
+    "lidar.quantum": (0.07, 0.0),
+    "lidar.short_mean": (0.4, 3.0),
+    "adversity.latency": (0.5, 0.3),
+    "adversity.slip": (5.0, 0.0),
+    "adversity.slip_tail": (1.0, 9.0),
+}
+NO_AMOUNT = ("lidar.short_mean", "adversity.slip_size", "adversity.slip_tail")
 DRAWS_OF = {
     "lidar.range_sigma": Role.RANGE_NOISE,
     "lidar.range_sigma_ratio": Role.RANGE_NOISE,
@@ -87,6 +97,11 @@ DRAWS_OF = {
     "odometry.radius_sigma": Role.ODOMETRY_BIAS,
     "odometry.track_sigma": Role.ODOMETRY_BIAS,
     "odometry.veer_sigma": Role.ODOMETRY_BIAS,
+    "adversity.slip": Role.WHEEL_SLIP,
+    "adversity.slip_size": Role.WHEEL_SLIP,
+    "adversity.slip_tail": Role.WHEEL_SLIP,
+    "adversity.latency": None,
+    "adversity.jitter": Role.SCAN_DELAY,
 }
 
 
@@ -116,7 +131,7 @@ class Recorded:
 
 def recorded(monkeypatch: pytest.MonkeyPatch, truth: RobotTruth, noise: Noise) -> tuple[Recorder, SensedLog]:
     recorder = Recorder()
-    monkeypatch.setattr("sim.sensors.noise.stream", recorder)
+    monkeypatch.setattr("sim.sensors.sensing.stream", recorder)
     monkeypatch.setattr("sim.sensors.range_noise.stream", recorder)
     return recorder, sense(truth, noise, 7, 2)
 
@@ -124,10 +139,10 @@ def recorded(monkeypatch: pytest.MonkeyPatch, truth: RobotTruth, noise: Noise) -
 def test_each_component_of_each_robot_has_its_own_stream(monkeypatch: pytest.MonkeyPatch) -> None:
     recorder, _ = recorded(monkeypatch, standing(3.0, scans=5), Noise())
     assert sorted(recorder.opened) == sorted((7, role, 2) for role in set(DRAWS_OF.values()) if role is not None)
-    assert set(DRAWS_OF) == set(COMPONENTS)
+    assert set(DRAWS_OF) < set(COMPONENTS)
 
 
-@pytest.mark.parametrize("name", COMPONENTS)
+@pytest.mark.parametrize("name", DRAWS_OF)
 def test_no_draw_depends_on_any_level(name: str, mission: Mission, monkeypatch: pytest.MonkeyPatch) -> None:
     truth, usual = mission.robots[0], Noise().with_fields(ALL_ON.items())
     before, base = recorded(monkeypatch, truth, usual)
@@ -138,17 +153,17 @@ def test_no_draw_depends_on_any_level(name: str, mission: Mission, monkeypatch: 
             assert len(drawn) == len(after.drawn[role])
             assert all(np.array_equal(a, b) for a, b in zip(drawn, after.drawn[role], strict=True)), role
         moved = not np.array_equal(base.log.odometry.poses, sensed.log.odometry.poses)
-        assert moved == name.startswith("odometry.")
-        assert np.array_equal(ranges(base), ranges(sensed)) == name.startswith("odometry.")
+        assert moved == name.startswith(("odometry.", "adversity."))
+        assert np.array_equal(ranges(base), ranges(sensed)) == moved
 
 
-@pytest.mark.parametrize("name", [name for name in COMPONENTS if name != "lidar.short_mean"])
+@pytest.mark.parametrize("name", [name for name in DRAWS_OF if name not in NO_AMOUNT])
 def test_a_component_uses_only_its_own_stream(name: str, mission: Mission, monkeypatch: pytest.MonkeyPatch) -> None:
     truth = mission.robots[0]
     noise = QUIET.with_fields([(name, OTHER_VALUES.get(name, (0.3,))[0])])
 
     def with_streams_moved(moved: set[Role]) -> SensedLog:
-        for module in ("sim.sensors.noise", "sim.sensors.range_noise"):
+        for module in ("sim.sensors.sensing", "sim.sensors.range_noise"):
             monkeypatch.setattr(
                 f"{module}.stream", lambda seed, role, index: stream(seed + (role in moved), role, index)
             )
