@@ -10,11 +10,15 @@ from mapquilt.leaves import split_assignment, with_leaf
 from mapquilt.settings import COMBINED, ExperimentConfig
 
 _UNITS = {
-    "m": "resolution clear_range width height range_sigma bias_sigma quantum short_mean",
-    "s": "duration",
+    "m": "resolution clear_range width height range_sigma bias_sigma quantum short_mean person_radius personal_space "
+    "object_size opening_distance glass_depth pane_width ramp_radius lidar_height",
+    "s": "duration person_pause change_time latency jitter",
     "Hz": "rate",
-    "rad": "angle_sigma",
+    "rad": "angle_sigma glass_angle ramp_slope slip_size",
     "rad/m": "veer_sigma",
+    "m/s": "person_speed person_speed_sigma",
+    "1/rad": "slip",
+    "per 100 m^2": "people objects ramps",
     "degrees": "max_rotation",
     "stated m": "max_offset",
     "cells": "cells",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -44,6 +45,21 @@ class GlassWalls:
         for name in ("owners", "pane_owners"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
 
+    def nearest_panes(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the number of the pane next to each point (N, 2) [m], -1 if none is near."""
+        tree, pane = self._samples
+        nearest = np.asarray(tree.query(points, distance_upper_bound=SPACING + NEAR)[1])
+        return np.where(nearest < len(pane), pane[np.minimum(nearest, len(pane) - 1)], -1)
+
+    @cached_property
+    def _samples(self) -> tuple[cKDTree, NDArray[np.int64]]:
+        """Points on the panes, and the number of the pane of each."""
+        along = self.panes[:, 1] - self.panes[:, 0]
+        counts = np.ceil(np.hypot(*along.T) / SPACING).astype(np.int64) + 1
+        pane = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(pane)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return cKDTree(self.panes[pane, 0] + (number / (counts[pane] - 1))[:, None] * along[pane]), pane
+
 
 def glaze(world: World, adversity: Adversity, seed: int) -> GlassWalls:
     """Cut the walls of a world into panes, a share of them of glass.
@@ -59,7 +75,7 @@ def glaze(world: World, adversity: Adversity, seed: int) -> GlassWalls:
     chosen = stream(seed, Role.GLASS).random(len(panes)) < adversity.glass
     panes, pane_owners = panes[chosen], owners[edge[chosen]]
     along = panes[:, 1] - panes[:, 0]
-    inwards = np.stack((-along[:, 1], along[:, 0]), axis=-1) / np.hypot(*along.T)[:, None]
+    inwards = _inward_normals(panes)
     thickness, _ = _cast_behind(panes.mean(axis=1), inwards, np.zeros(len(panes)), pane_owners, segments, owners)
     thin = thickness <= adversity.glass_depth
     counts = ~thin | (along[:, 0] > NEAR) | ((np.abs(along[:, 0]) <= NEAR) & (along[:, 1] > 0.0))
@@ -85,50 +101,36 @@ def _cut(segments: NDArray[np.float64], width: float) -> tuple[NDArray[np.float6
 
 
 def see_through(
-    glass: GlassWalls, origins: NDArray[np.float64], directions: NDArray[np.float64], ranges: NDArray[np.float64]
+    glass: GlassWalls, origin: NDArray[np.float64], directions: NDArray[np.float64], ranges: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the ranges (B,) [m] of beams from ``origins`` (B, 2) along unit ``directions`` (B, 2) past the panes.
+    """Return the ranges (B,) [m] of beams from ``origin`` (2,) along unit ``directions`` (B, 2) past the panes.
 
     ``ranges`` (B,) [m] are those to the solids, +inf for no return. A beam that passes a pane leaves the solid behind
     it and returns from the next one, or not at all if there is none, or the solid is thicker than ``glass_depth``.
     """
-    passed, pane, cosine = _passing(glass, origins, directions, ranges)
-    if not passed.size:
+    hit = np.flatnonzero(np.isfinite(ranges))
+    if not (len(glass.panes) and hit.size):
         return ranges
-    starts, ways, reached = origins[passed], directions[passed], ranges[passed]
-    leaves, behind = _cast_behind(starts, ways, reached, glass.pane_owners[pane], glass.segments, glass.owners)
+    ends = origin + ranges[hit, None] * directions[hit]
+    pane = glass.nearest_panes(ends)
+    hit, ends, pane = hit[pane >= 0], ends[pane >= 0], pane[pane >= 0]
+    normal = _inward_normals(glass.panes[pane])
+    cosine = np.abs((directions[hit] * normal).sum(axis=1))
+    on_pane = np.abs(((ends - glass.panes[pane, 0]) * normal).sum(axis=1)) <= NEAR
+    passes = on_pane & (cosine < math.cos(glass.adversity.glass_angle))
+    hit, owners = hit[passes], glass.pane_owners[pane[passes]]
+    starts = np.tile(origin, (len(hit), 1))
+    leaves, behind = _cast_behind(starts, directions[hit], ranges[hit], owners, glass.segments, glass.owners)
+    thickness = (leaves - ranges[hit]) * cosine[passes]
     changed = ranges.copy()
-    changed[passed] = np.where((leaves - reached) * cosine <= glass.adversity.glass_depth, behind, np.inf)
+    changed[hit] = np.where(thickness <= glass.adversity.glass_depth, behind, np.inf)
     return changed
 
 
-def _passing(
-    glass: GlassWalls, origins: NDArray[np.float64], directions: NDArray[np.float64], ranges: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Return the numbers of the beams that pass a pane, and the number of the pane and the cosine of the angle of
-    incidence of each."""
-    hit = np.flatnonzero(np.isfinite(ranges))
-    if not (len(glass.panes) and hit.size):
-        return hit[:0], hit[:0], ranges[:0]
-    points, pane_of_point = _points(glass.panes)
-    ends = origins[hit] + ranges[hit, None] * directions[hit]
-    nearest = np.asarray(cKDTree(points).query(ends, distance_upper_bound=SPACING + NEAR)[1])
-    found = nearest < len(points)
-    hit, ends, pane = hit[found], ends[found], pane_of_point[nearest[found]]
-    along = glass.panes[pane, 1] - glass.panes[pane, 0]
-    normal = np.stack((-along[:, 1], along[:, 0]), axis=-1) / np.hypot(*along.T)[:, None]
-    on_pane = np.abs(((ends - glass.panes[pane, 0]) * normal).sum(axis=1)) <= NEAR
-    cosine = np.abs((directions[hit] * normal).sum(axis=1))
-    passes = on_pane & (cosine < math.cos(glass.adversity.glass_angle))
-    return hit[passes], pane[passes], cosine[passes]
-
-
-def _points(panes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _inward_normals(panes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the unit normal (K, 2) of each pane (K, 2, 2) that points into its solid."""
     along = panes[:, 1] - panes[:, 0]
-    counts = np.ceil(np.hypot(*along.T) / SPACING).astype(np.int64) + 1
-    pane = np.repeat(np.arange(len(panes)), counts)
-    number = np.arange(len(pane)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return panes[pane, 0] + (number / (counts[pane] - 1))[:, None] * along[pane], pane
+    return np.asarray(np.stack((-along[:, 1], along[:, 0]), axis=-1) / np.hypot(*along.T)[:, None])
 
 
 @njit(cache=True)

@@ -45,9 +45,10 @@ def draw_surroundings(
     if not adversity.in_world:
         return None
     floor, robots = free_floor(world, paths, adversity.person_radius), _places(paths)
+    doorways = find_doorways(world) if adversity.doors > 0.0 else np.empty((0, 2, 2))
     return Surroundings(
         people=walk(floor, robots, adversity, seed),
-        movables=move_things(find_doorways(world), floor, robots, adversity, seed),
+        movables=move_things(doorways, floor, robots, adversity, seed),
         glass=glaze(world, adversity, seed),
         ramps=build_ramps(floor, adversity, seed),
         adversity=adversity,
@@ -69,37 +70,31 @@ def adverse_scans(truth: RobotTruth, around: Surroundings) -> tuple[tuple[LidarS
     mask marks readings that do not come from the surface that the true beam hits. That a tilted beam is longer by
     1 / cos does not count.
     """
-    lidars = [truth.trajectory.pose(k) @ truth.base_from_lidar for k in range(len(truth.scans))]
-    angles = np.stack([scan.angles + lidar.yaw for scan, lidar in zip(truth.scans, lidars, strict=True)])
-    directions = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-    origins = np.array([(lidar.x, lidar.y) for lidar in lidars])
-    true = np.stack([scan.ranges for scan in truth.scans])
-    ranges = _through_glass(around.glass, origins, directions, true.astype(np.float64), truth.hits_robot)
-    changed, scans = np.empty(true.shape, dtype=np.bool_), []
+    changed, scans = np.empty(truth.hits_robot.shape, dtype=np.bool_), []
     for k, scan in enumerate(truth.scans):
-        on_people = cast_on_discs(origins[k], directions[k], around.people.at(scan.stamp), around.people.radius)
-        on_things = cast_on_segments(origins[k], directions[k], around.movables.at(scan.stamp))
-        level = np.minimum(np.minimum(on_people, on_things), ranges[k])
-        tilted, on_floor = _tilted(around, truth.trajectory.poses[k, :2], angles[k], level)
+        lidar = truth.trajectory.pose(k) @ truth.base_from_lidar
+        origin, angles = np.array((lidar.x, lidar.y)), scan.angles + lidar.yaw
+        directions = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+        level = _level_ranges(around, scan, origin, directions, truth.hits_robot[k])
+        tilted, on_floor = _tilted(around, truth.trajectory.poses[k, :2], angles, level)
         scans.append(within_limits(scan, tilted))
-        changed[k] = ((level != true[k]) | on_floor) & (scans[k].ranges != true[k])
+        changed[k] = ((level != scan.ranges) | on_floor) & (scans[k].ranges != scan.ranges)
     return tuple(scans), changed
 
 
-def _through_glass(
-    glass: GlassWalls,
-    origins: NDArray[np.float64],
+def _level_ranges(
+    around: Surroundings,
+    scan: LidarScan,
+    origin: NDArray[np.float64],
     directions: NDArray[np.float64],
-    true: NDArray[np.float64],
     hits_robot: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """Return the ranges (N, B) past the glass; beams that hit another robot hit no pane."""
-    if not len(glass.panes):
-        return true
-    solid = np.where(hits_robot, np.inf, true).ravel()
-    starts = np.repeat(origins, true.shape[1], axis=0)
-    seen = see_through(glass, starts, directions.reshape(-1, 2), solid).reshape(true.shape)
-    return np.where(hits_robot, true, seen)
+    """Return the ranges (B,) of a level lidar. Beams that hit another robot pass no glass."""
+    true = scan.ranges.astype(np.float64)
+    through = np.where(hits_robot, true, see_through(around.glass, origin, directions, true))
+    on_people = cast_on_discs(origin, directions, around.people.at(scan.stamp), around.people.radius)
+    on_things = cast_on_segments(origin, directions, around.movables.at(scan.stamp))
+    return np.asarray(np.minimum(np.minimum(on_people, on_things), through))
 
 
 def _tilted(

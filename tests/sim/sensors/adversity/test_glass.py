@@ -23,7 +23,7 @@ def facing(*solids) -> World:
 
 def read(world: World, degrees: float, distance: float, adversity: Adversity = GLASS) -> float:
     direction = np.array([(math.cos(math.radians(degrees)), math.sin(math.radians(degrees)))])
-    return float(see_through(glaze(world, adversity, 1), np.array([(0.0, 4.0)]), direction, np.array([distance]))[0])
+    return float(see_through(glaze(world, adversity, 1), np.array((0.0, 4.0)), direction, np.array([distance]))[0])
 
 
 def test_glass_returns_a_beam_along_its_normal_and_lets_one_at_80_degrees_pass() -> None:
