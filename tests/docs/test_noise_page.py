@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mapquilt.cli.verbs.lidars import lidar_row
-from sim.sensors.adversity.settings import LEVEL_ONE, Adversity
+from sim.sensors.adversity.settings import AMOUNTS, LEVEL_ONE, Adversity
 from sim.sensors.lidar_presets import PRESETS, LidarPreset
 from sim.sensors.noise import COMPONENTS, Noise
 
@@ -62,6 +62,20 @@ def test_the_picture_is_drawn_of_any_run(merged_run: Path, tmp_path: Path) -> No
     assert (tmp_path / "noise.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_picture_of_adversity_is_drawn_of_any_run(merged_run: Path, tmp_path: Path) -> None:
     script("adversity_example.py", merged_run, tmp_path / "adversity.png")
     assert (tmp_path / "adversity.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_the_effect_of_adversity_is_measured_on_any_run(merged_run: Path) -> None:
+    head, _, *rows, last = script("adversity_effect.py", merged_run).splitlines()
+    documented = [line for line in PAGE.splitlines() if line.startswith("| at level 1 |")]
+    assert head.startswith(documented[0].removesuffix("|"))
+    cells = {row.split(" | ")[0].strip("| "): [float(number) for number in re.findall(r"[\d.]+", row)] for row in rows}
+    assert list(cells) == ["none", *AMOUNTS, "all"]
+    assert cells["none"][0] < cells["glass"][0] < cells["all"][0]
+    assert cells["none"][1] > cells["all"][1]
+    assert cells["none"][4] < cells["latency"][4]
+    assert last == "2 robots, 3 draws each"

@@ -48,7 +48,7 @@ class Adversity:
 
     **Ramps.** There are ``ramps`` on each 100 m^2. A robot within ``ramp_radius`` [m] of its middle is tilted by
     ``ramp_slope`` [rad] (1:12, the steepest ramp of the ADA Standards for Accessible Design 2010, 405.2). Its lidar is
-    ``lidar_height`` [m] above the floor (0.5 as in the simulator).
+    ``lidar_height`` [m] above the floor (that of a TurtleBot3 Burger; solids look the same at any height).
 
     **Slip.** While turning, wheels slip ``slip`` times per radian on average (Borenstein and Feng 1996 name fast
     turning as a cause). Each slip adds to the rotation that odometry reports: ``slip_size`` [rad] times a Lomax variate
@@ -78,9 +78,9 @@ class Adversity:
     ramps: float = 0.0
     ramp_slope: float = math.atan(1.0 / 12.0)
     ramp_radius: float = 1.0
-    lidar_height: float = 0.5
+    lidar_height: float = 0.18
     slip: float = 0.0
-    slip_size: float = 0.05
+    slip_size: float = 0.1
     slip_tail: float = 3.0
     latency: float = 0.0
     jitter: float = 0.0
@@ -104,6 +104,6 @@ class Adversity:
         return replace(self, **scaled | {name: min(1.0, scaled[name]) for name in ("doors", "glass")})
 
 
-LEVEL_ONE = Adversity(people=1.0, doors=0.3, objects=0.5, glass=0.1, ramps=1.0, slip=0.05, latency=0.05, jitter=0.02)
-"""All adversities of a busy building: a person in a room of 100 m^2, every third door in use, a tenth of the walls of
-glass, a slip in 20 rad, scans a twentieth of a second late. Assumed, to be varied by studies."""
+LEVEL_ONE = Adversity(people=2.0, doors=0.3, objects=1.0, glass=0.1, ramps=1.0, slip=0.1, latency=0.05, jitter=0.02)
+"""All adversities of a busy building: two people in a room of 100 m^2, every third door in use, a tenth of the walls of
+glass, a slip in 10 rad, scans a twentieth of a second late. Assumed, to be varied by studies."""

@@ -171,8 +171,8 @@ def test_a_ramp_shows_the_floor_downhill_and_marks_it() -> None:
     ramps = Ramps(np.array([(20.0, 20.0)]), np.array([math.pi / 2.0]), 1.0)
     (truth,) = standing((20.0, 20.0, 1.0))
     (scan,), changed = adverse_scans(truth, around_a_field(np.empty((2, 0, 2)), ramps=ramps))
-    # Straight downhill, at 12 : 1, the floor is 0.5 / sin(atan(1 / 12)) away: hardly farther than the horizontal 6 m.
-    assert scan.ranges.min() == pytest.approx(0.5 * math.hypot(12.0, 1.0), rel=1e-3)
+    # Straight downhill, at 12 : 1, the floor is 0.18 / sin(atan(1 / 12)) away: hardly farther than the level 2.16 m.
+    assert scan.ranges.min() == pytest.approx(0.18 * math.hypot(12.0, 1.0), rel=1e-3)
     lidar = truth.trajectory.pose(0) @ truth.base_from_lidar
     assert (lidar.apply(scan.points())[:, 1] < lidar.y).all()
     assert np.array_equal(changed[0], scan.returned)
