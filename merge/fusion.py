@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -20,6 +21,9 @@ from merge.records.validation import require_valid
 
 ROUNDING_CELLS = 1e-6
 
+ONE_WALL_CELLS = 1.5
+"""Distance of cells that belong to one wall [cells]: they touch, if only by a corner."""
+
 FusionName = Literal["log_odds", "least_entropy", "max"]
 FUSIONS: tuple[FusionName, ...] = get_args(FusionName)
 
@@ -31,11 +35,17 @@ class FusionSettings:
     """The grid of a merged map.
 
     - ``samples``: points a side at which a merged cell looks up each map; no transform is known finer than half a cell;
-    - ``max_cells``: cells are made wider where a merged map would have more.
+    - ``max_cells``: cells are made wider where a merged map would have more;
+    - ``same_wall_cells``: largest distance [cells] of two maps' drawings of one wall; 0.3 m in cells of 0.05 m, about
+      the drift of a map that still merges, and less than the width of a door;
+    - ``tie_log_odds``: of the drawings of a wall, those whose log-odds are within this of the best are all kept; less
+      than one observation changes.
     """
 
     samples: int = 2
     max_cells: int = 2**26
+    same_wall_cells: float = 6.0
+    tie_log_odds: float = 0.5
 
     def __post_init__(self) -> None:
         require_valid(self)
@@ -46,11 +56,13 @@ class Fused:
     """The merged map, and on the same cells the ``conflicts`` of its maps.
 
     A cell is occupied if one map shows a wall deep in the free space of another, free if two or more maps know it and
-    agree, and unknown otherwise.
+    agree, and unknown otherwise. ``doubled_walls`` is the share of the walls that several maps show which the merged
+    map shows more than once, because the maps lie too far apart there.
     """
 
     merged: OccupancyGrid
     conflicts: OccupancyGrid
+    doubled_walls: float
 
 
 def fuse(
@@ -71,7 +83,9 @@ def fuse_and_compare(
 ) -> Fused:
     """Fuse maps, each with its ``reference_from_map``, in the frame and resolution of the reference.
 
-    - ``log_odds``: sum of the log-odds, right for independent evidence (Moravec 1988);
+    - ``log_odds``: sum of the log-odds, right for independent evidence (Moravec 1988). Where maps lie more than a
+      wall's thickness apart, the free cells of each erase the wall of the other; so a wall that several maps show and
+      the sum loses is kept where the sum is best (``_lost_walls``);
     - ``least_entropy``: of a cell's probabilities and their mean, the one of least Shannon entropy (Chen 2021, appendix
       A). Entropy is concave, so the mean never has the least: the most certain map wins, and occupied if two are
       equally certain of opposites;
@@ -83,22 +97,61 @@ def fuse_and_compare(
     frame = _grown(
         reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids], settings.max_cells
     )
-    total = np.zeros(frame.shape, dtype=np.float32)
+    total, highest = (np.zeros(frame.shape, dtype=np.float32) for _ in range(2))
     known, occupied = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(2))
     deep = np.zeros(frame.shape, dtype=bool)
+    nearest, second = (np.full(frame.shape, np.inf, dtype=np.float16) for _ in range(2))
     for reference_from_map, grid in grids:
         box = _box(frame, _corners(reference_from_map, grid))
         window = frame.window((box[0].start, box[1].start), total[box].shape)
         seen = resampled(grid, reference_from_map, window, settings.samples)
         _RULES[fusion](total[box], seen, known[box] > 0)
+        np.maximum(highest[box], seen, out=highest[box])
         known[box] += seen != 0.0
         occupied[box] += seen > 0.0
         deep[box] |= _inner(seen < 0.0)
+        away = _distance(seen > 0.0)
+        second[box] = np.minimum(second[box], np.maximum(nearest[box], away))
+        nearest[box] = np.minimum(nearest[box], away)
+    shared = (occupied > 0) & (second <= settings.same_wall_cells)
+    if fusion == "log_odds":
+        lost = _lost_walls(total, shared, second, settings)
+        total[lost] = highest[lost]
+    doubled = shared & deep & (total > 0.0) & (second > ONE_WALL_CELLS)
     total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
     conflicts = np.full(frame.shape, UNKNOWN, np.int8)
     conflicts[known > 1] = FREE
     conflicts[deep & (occupied > 0)] = OCCUPIED
-    return Fused(OccupancyGrid(frame, total), OccupancyGrid.from_occupancy(frame, conflicts))
+    return Fused(
+        OccupancyGrid(frame, total),
+        OccupancyGrid.from_occupancy(frame, conflicts),
+        int(np.count_nonzero(doubled)) / max(1, int(np.count_nonzero(shared))),
+    )
+
+
+def _lost_walls(
+    total: Raster, shared: NDArray[np.bool_], second: NDArray[np.float16], settings: FusionSettings
+) -> NDArray[np.bool_]:
+    """Select the cells to keep of walls that several maps show and the sum of their log-odds does not.
+
+    ``shared`` are the cells where a map shows a wall of which another map shows a cell ``second`` cells away. Such a
+    cell is lost if no wall of the sum lies as near. Of the lost cells around a place, those with the best sum are kept.
+    """
+    lost: NDArray[np.bool_] = shared & (_distance(total > 0.0) > second)
+    if lost.any():
+        reach = math.ceil(settings.same_wall_cells)
+        sums = np.where(lost, total, np.float32(-np.inf))
+        best = cv2.dilate(sums, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1)))
+        lost &= sums >= best - settings.tie_log_odds
+    return lost
+
+
+def _distance(walls: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the distance of each cell to the nearest wall [cells]; infinite without walls."""
+    if not walls.any():
+        return np.full(walls.shape, np.inf, np.float32)
+    distance = cv2.distanceTransform((~walls).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(distance, np.float32)
 
 
 def _add(total: Raster, seen: Raster, known: NDArray[np.bool_]) -> None:

@@ -19,6 +19,10 @@ PLAIN_WIDTH = 160
 """Columns if the output is not a terminal, so that rows do not break."""
 
 
+LEAST_DOUBLED = 0.01
+"""Share of doubled walls that is worth a warning."""
+
+
 def print_table(table: Table | str) -> None:
     """Print on standard output; in colour only on a terminal. Brackets in names are not markup."""
     width = None if Console().is_terminal else PLAIN_WIDTH
@@ -66,6 +70,16 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
         summary += "; confidence is uncalibrated"
     table.caption = "\n".join((*notes, summary))
     return table
+
+
+def doubled_walls(result: MergeResult) -> tuple[str, ...]:
+    """Warn of each merged map that shows at least 1 % of the common walls of its maps more than once."""
+    return tuple(
+        f"the merged map of {', '.join(group.reference_from_map)} shows {100.0 * group.doubled_walls:.0f} % of their "
+        "common walls twice, because the maps lie apart there: see merge.png, in red"
+        for group in result.groups
+        if group.doubled_walls >= LEAST_DOUBLED
+    )
 
 
 def _note(pair: PairResult) -> tuple[str, ...]:

@@ -79,6 +79,7 @@ def _group_record(group: MergedGroup, index: int) -> dict[str, Any]:
         "merged": merged,
         "conflicts": conflicts,
         "conflict_cells": int(np.count_nonzero(group.conflicts.occupied)),
+        "doubled_walls": group.doubled_walls,
         "maps": [
             {"name": name, "reference_from_map": similarity_record(place)}
             for name, place in group.reference_from_map.items()

@@ -15,7 +15,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.viz.palette import FREE, UNKNOWN, map_colours, of_255, picture
+from mapquilt.viz.palette import CONFLICT, CONFLICT_FREE, FREE, UNKNOWN, map_colours, of_255, picture
 from mapquilt.viz.panels import Extent, lay_out, write_title
 from merge.records.result import MergedGroup
 
@@ -24,27 +24,49 @@ OPACITY = 0.9
 
 
 def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
-    """Draw the merged map of each group, with walls in the colours of their maps, and every input map. A group of one
-    map is only drawn if it is the first."""
+    """Draw the merged map of each group, the walls of its maps over one another, and every input map.
+
+    The merged map is that of its file, with the cells in conflict in red, pale where it has them free. A group of one
+    map is only drawn if it is the first.
+    """
     shown = [group for index, group in enumerate(groups) if index == 0 or len(group.reference_from_map) > 1]
-    figure, panels = lay_out([extent_of(grid) for grid in (*(group.merged for group in shown), *maps.grids)])
-    for panel, group in zip(panels, shown, strict=False):
-        # The maps' own walls cover the merged ones, which would darken their colours.
-        show_grid(panel, group.merged, walls=not group.reference_from_map)
-        show_all_walls(panel, maps, group.reference_from_map)
-        conflicts = int(np.count_nonzero(group.conflicts.occupied))
-        details = f", {conflicts} cells in conflict" if conflicts else ""
-        title = "merged map" if len(shown) == 1 else f"merged map {shown.index(group) + 1}"
-        write_title(
-            panel, title, f"{count_of_merged(group.reference_from_map, maps)}, frame of {group.reference}{details}"
-        )
+    overlays = [group for group in shown if len(group.reference_from_map) > 1]
+    figure, panels = lay_out(
+        [extent_of(grid) for grid in (*(group.merged for group in (*shown, *overlays)), *maps.grids)]
+    )
     number_of = {name: number for number, group in enumerate(shown, 1) for name in group.reference_from_map}
+    for number, (panel, group) in enumerate(zip(panels, shown, strict=False), 1):
+        show_grid(panel, group.merged)
+        _show_conflicts(panel, group)
+        conflicts = int(np.count_nonzero(group.conflicts.occupied))
+        details = f", {conflicts} cells in conflict (red; pale if free)" if conflicts else ""
+        write_title(
+            panel,
+            "merged map" if len(shown) == 1 else f"merged map {number}",
+            f"{count_of_merged(group.reference_from_map, maps)}, frame of {group.reference}{details}",
+        )
+    for panel, group in zip(panels[len(shown) :], overlays, strict=False):
+        show_grid(panel, group.merged, walls=False)
+        show_all_walls(panel, maps, group.reference_from_map)
+        of_group = "" if len(shown) == 1 else f" of merged map {number_of[group.reference]}"
+        write_title(panel, f"walls{of_group}", "of each map in its colour, over the free cells")
     colours = map_colours(maps.names)
-    for panel, name, grid, colour in zip(panels[len(shown) :], maps.names, maps.grids, colours, strict=True):
+    for panel, name, grid, colour in zip(
+        panels[len(shown) + len(overlays) :], maps.names, maps.grids, colours, strict=True
+    ):
         show_grid(panel, grid)
         joined = "" if len(shown) == 1 else f"in merged map {number_of.get(name)}"
         write_title(panel, name, joined if name in number_of else "not merged", colour)
     return figure
+
+
+def _show_conflicts(panel: Axes, group: MergedGroup) -> None:
+    frame, conflicts = group.conflicts.frame, group.conflicts.occupied
+    for cells, colour in (
+        (conflicts & ~group.merged.occupied, CONFLICT_FREE),
+        (conflicts & group.merged.occupied, CONFLICT),
+    ):
+        show_walls(panel, OccupancyGrid(frame, cells.astype(np.float32)), colour, Similarity2(), zorder=1.0)
 
 
 def count_of_merged(placed: Mapping[str, Similarity2], maps: MapSet) -> str:

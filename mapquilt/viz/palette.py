@@ -16,6 +16,7 @@ ROBOTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C
 WALL, FREE, UNKNOWN = (31, 35, 40), (255, 255, 255), (214, 217, 221)
 TRUE_WALL = "#b9bec6"
 FENCE = "#b3007d"
+CONFLICT, CONFLICT_FREE = "#d01020", "#f5b0b4"
 INK = "#24292f"
 OUTCOME_COLOURS = {
     "true accept": "#007a5a",

@@ -39,7 +39,7 @@ def _merged(team: Team, cluster: Cluster) -> MergedGroup:
         frame = finest(frame, [grid_of[name].frame.resolution * pose.scale for name, pose in placed.items()])
     grids = [(placed[name], grid_of[name].cropped()) for name in team.maps.names if name in placed]
     fused = fuse_and_compare(frame, grids, team.settings.fusion, team.settings.merged_grid)
-    return MergedGroup(reference, placed, fused.merged, fused.conflicts)
+    return MergedGroup(reference, placed, fused.merged, fused.conflicts, fused.doubled_walls)
 
 
 def _reference(team: Team, cluster: Cluster, names: Sequence[str]) -> str:

@@ -71,13 +71,15 @@ class MergedGroup:
     """A cluster of maps that were merged.
 
     ``reference_from_map`` holds their transforms, metric as in ``PairResult``, the identity of the reference included.
-    ``merged`` is in the frame of the reference; ``conflicts`` has the same cells (``Fused``).
+    ``merged`` is in the frame of the reference; ``conflicts`` has the same cells; ``doubled_walls`` is the share of
+    common walls that it shows more than once (``Fused``).
     """
 
     reference: str
     reference_from_map: Mapping[str, Similarity2]
     merged: OccupancyGrid
     conflicts: OccupancyGrid
+    doubled_walls: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -153,3 +153,57 @@ def test_local_lookup_equals_lookup_over_the_whole_raster():
     np.testing.assert_array_equal(fused.merged.known, np.any([part != 0.0 for part in seen], axis=0))
     twice = np.sum([part != 0.0 for part in seen], axis=0) > 1
     assert (fused.conflicts.free <= twice).all()
+
+
+def lines(*columns, free=(0, 30)):
+    """Draw vertical walls of one cell in 20 x 30 free cells."""
+    values = np.full((20, 30), -1)
+    values[:, slice(*free)] = 0
+    values[:, list(columns)] = 100
+    return OccupancyGrid.from_occupancy(GridFrame(0.05, SE2(), (20, 30)), values)
+
+
+@pytest.mark.parametrize(
+    ("maps", "columns"),
+    [
+        ((lines(10), lines(15)), [10, 15]),  # each erases the other's: both stay
+        ((lines(10), lines(11)), [10, 11]),
+        ((lines(10), lines(17)), []),  # too far apart to be one wall
+        ((lines(10), lines(10), lines(13)), [10]),  # two maps outvote the third
+        ((lines(10), lines(13), lines(14), lines(14, free=(12, 30))), [14]),
+        ((lines(10), lines()), []),  # shown by one map only
+        ((lines(10), lines(11), lines(12)), [10, 11, 12]),  # every column has two against one
+    ],
+)
+def test_a_wall_that_maps_show_apart_is_kept_where_the_evidence_is_best(maps, columns):
+    fused = fuse(maps[0].frame, [(SELF, grid) for grid in maps])
+    assert sorted(set(np.argwhere(fused.occupied)[:, 1].tolist())) == columns
+    if columns:
+        assert fused.occupied[:, columns].all()
+    backwards = fuse(maps[0].frame, [(SELF, grid) for grid in maps[::-1]])
+    np.testing.assert_array_equal(backwards.log_odds, fused.log_odds)
+
+
+def test_no_cell_of_the_sum_loses_its_wall_and_all_shared_walls_stay():
+    """By slow search: every wall cell of a map that another shows within reach has a wall of the merged map as near."""
+    rng = np.random.default_rng(3)
+    frame = GridFrame(0.05, SE2(), (40, 40))
+    reach = FusionSettings().same_wall_cells
+    for _ in range(10):
+        one, two = (OccupancyGrid.from_occupancy(frame, rng.choice([0, 100], (40, 40), p=[0.97, 0.03])) for _ in "ab")
+        merged = fuse(frame, [(SELF, one), (SELF, two)]).occupied
+        assert merged[one.occupied & two.occupied].all()
+        walls = np.argwhere(merged)
+        for mine, others in ((one, two), (two, one)):
+            for cell in np.argwhere(mine.occupied):
+                away = np.hypot(*(np.argwhere(others.occupied) - cell).T).min()
+                if away <= reach:
+                    assert np.hypot(*(walls - cell).T).min() <= away + 1e-2
+
+
+def test_doubled_walls_are_the_share_of_common_walls_drawn_twice():
+    """Of 60 cells, 40 are drawn by one map alone, four of them at the rim, where no free space lies around them."""
+    frame = lines(5).frame
+    assert fuse_and_compare(frame, [(SELF, lines(2, 10)), (SELF, lines(2, 15))]).doubled_walls == pytest.approx(36 / 60)
+    assert fuse_and_compare(frame, [(SELF, lines(5)), (SELF, lines(5))]).doubled_walls == 0.0
+    assert fuse_and_compare(frame, [(SELF, lines(5)), (SELF, lines(25))]).doubled_walls == 0.0

@@ -19,7 +19,7 @@ from mapquilt.cli.options.merge import (
     parse_priors,
 )
 from mapquilt.cli.options.workers import SchedulerOption
-from mapquilt.cli.tables import merge_table, print_table, warn
+from mapquilt.cli.tables import doubled_walls, merge_table, print_table, warn
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import remote_runner
 from mapquilt.leaves import with_assignments
@@ -140,6 +140,7 @@ def merge(
         typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
     else:
         print_table(merge_table(inputs.maps, result, alternatives))
+    warn(doubled_walls(result))
     for name, reason in result.left_out.items():
         typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
     return SOME_REFUSED if result.left_out else ALL_MERGED

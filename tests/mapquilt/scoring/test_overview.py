@@ -70,17 +70,18 @@ def test_a_map_is_drawn_at_the_yaw_of_its_origin(yaw):
         assert (drawn == grid.occupied).all()
 
 
-def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
+def test_the_walls_of_each_map_lie_over_one_another_beside_the_merged_map():
     target = room(0.4)
     target_from_source = Similarity2(2.0, -1.0, 0.9, 1.3)
     there = target_from_source.inverse()
     origin = there @ Similarity2.from_se2(target.frame.origin)
     frame = GridFrame(0.5 / 1.3, SE2(origin.x, origin.y, origin.yaw), target.frame.shape)
     source = OccupancyGrid(frame, target.log_odds)
+    placed = {"a": Similarity2(), "b": target_from_source}
     fused = fuse_and_compare(target.frame, [(Similarity2(), target), (target_from_source, source)])
-    joined = MergedGroup("a", {"b": target_from_source}, fused.merged, fused.conflicts)
+    joined = MergedGroup("a", placed, fused.merged, fused.conflicts)
     figure = merge_figure(MapSet(("a", "b"), (target, source), ("m", "m")), [joined])
-    pixels, metres = looked_at(figure, 0)
+    pixels, metres = looked_at(figure, 1)
     cells = target.frame.cells_from_metres(metres)
     inside = target.frame.contains(cells)
     wall = np.zeros(inside.shape, bool)
@@ -90,13 +91,26 @@ def test_the_walls_of_each_map_are_drawn_over_the_merged_ones():
     assert wall[~at_an_edge].sum() > 1000
 
 
-def test_the_walls_of_the_maps_cover_those_of_the_merged_map():
-    grid = room(0.4)
+def test_the_picture_of_the_merged_map_shows_its_cells_and_conflicts_in_red():
+    """The walls that the picture shows are those of the file, although the maps have others."""
+    merged, maps_grid = room(0.0), OccupancyGrid.from_occupancy(room(0.0).frame, np.full((16, 24), 100))
+    conflicts = np.zeros((16, 24), np.int8)
+    conflicts[4:6, 4:8] = 100
+    lost, kept = conflicts == 100, np.zeros((16, 24), bool)
+    conflicts[10:14, 15:18] = kept[10:14, 15:18] = 100
     placed = {"a": Similarity2(), "b": Similarity2()}
-    pixels, _ = looked_at(merge_figure(MapSet(("a", "b"), (grid, grid), ("m", "m")), [group(grid, placed)]), 0)
-    walls = pixels[coloured(pixels, least=120)]
-    assert len(walls) > 1000
-    assert walls.max(axis=-1).min() > 150
+    joined = MergedGroup("a", placed, merged, OccupancyGrid.from_occupancy(merged.frame, conflicts))
+    pixels, metres = looked_at(merge_figure(MapSet(("a", "b"), (maps_grid, maps_grid), ("m", "m")), [joined]), 0)
+    cells = merged.frame.cells_from_metres(metres)
+    inside = merged.frame.contains(cells)
+    red = coloured(pixels, 120)
+    black = (pixels < 60).all(axis=-1)
+    for mask, seen in ((merged.occupied, black | red), (kept, red), (lost, coloured(pixels, 50) & ~red)):
+        expected = np.zeros(inside.shape, bool)
+        expected[inside] = mask[tuple(cells[inside].T)]
+        at_an_edge = ndimage.maximum_filter(expected, 5) != ndimage.minimum_filter(expected, 5)
+        assert (seen == expected)[~at_an_edge].all()
+        assert expected[~at_an_edge].sum() > 200
 
 
 def hue(colour):
@@ -172,6 +186,8 @@ def test_two_groups_have_a_panel_each_and_maps_say_in_which_they_are():
     ]
     figure = merge_figure(maps, [*groups, group(grid, {"e": Similarity2()})])
     titles = [panel.get_title(loc="left") for panel in figure.axes]
-    assert titles == ["merged map 1", "merged map 2", "a", "b", "c", "d", "e"]
+    assert titles == [
+        *("merged map 1", "merged map 2", "walls of merged map 1", "walls of merged map 2"), "a", "b", "c", "d", "e",
+    ]  # fmt: skip
     labels = [panel.texts[0].get_text() for panel in figure.axes]
-    assert labels[2:] == ["in merged map 1"] * 2 + ["in merged map 2"] * 2 + ["not merged"]
+    assert labels[4:] == ["in merged map 1"] * 2 + ["in merged map 2"] * 2 + ["not merged"]
