@@ -17,7 +17,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, OCCUPIED, SMALLEST_MISS, UNKNOWN, OccupancyGrid
 from mapping.grid.resampling import resampled
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 
 ROUNDING_CELLS = 1e-6
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 from merge.verification.settings import WallOverlapSettings
 
 

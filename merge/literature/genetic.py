@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from mapping.validation import require_valid
 from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.poses import Poses, matrices
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from mapping.validation import require_valid
 from merge.literature.acceptance import no_answer
 from merge.literature.nearest_wall import Complex, NearestWall
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 from merge.records.verdict import Reason, Refusal, Verdict
 
 

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
+from mapping.validation import require_valid
 from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.similarity_ransac import RansacFit, ransac_similarity
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
@@ -15,7 +16,6 @@ from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.keypoints import Keypoints, detect_orb
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True)

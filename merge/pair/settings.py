@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 
 
 @dataclass(frozen=True)

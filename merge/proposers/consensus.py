@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity_fit import fit_similarity
+from mapping.validation import require_valid
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.validation import require_valid
 from merge.preparation.correlation_pyramid import CorrelationPyramid
-from merge.records.validation import require_valid
 
 BLOCK = 8
 """Side of the blocks of cells of which one is a candidate for a peak."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.validation import require_valid
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 
 Marks = NDArray[np.float64]
 """Landmarks (N, 3): x and y of the middle, and size, in cells of a ``PreparedMap``; the largest first."""

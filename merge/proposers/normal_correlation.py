@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
+from mapping.validation import require_valid
 from merge.preparation.correlation_pyramid import CorrelationPyramid
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import CorrelationSettings, Peak, correlate
@@ -20,7 +21,6 @@ from merge.proposers.orientation_histogram import (
     orientation_histogram,
 )
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True, eq=False)

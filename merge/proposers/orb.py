@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
+from mapping.validation import require_valid
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.consensus import ConsensusSettings, consensus
 from merge.proposers.keypoints import Keypoints, detect_orb, match_descriptors
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 
 BINS = 180
 

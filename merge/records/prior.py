@@ -10,7 +10,7 @@ import numpy as np
 
 from mapping.geometry.se2 import wrap_angle
 from mapping.geometry.similarity2 import Similarity2
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 
 SIGMA = 1.0
 """Standard deviation [m] of a start pose for which none is given."""

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 
 
 @dataclass(frozen=True)

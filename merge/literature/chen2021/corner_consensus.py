@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
-from merge.records.validation import require_valid
+from mapping.validation import require_valid
 
 Complex = NDArray[np.complex128]
 """Points x + i y, so that a turn is a product."""

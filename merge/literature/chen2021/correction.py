@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.validation import require_valid
 from merge.literature.chen2021.interest_points import Points, dilated, interest_points, tile_half
 from merge.literature.chen2021.main_direction import DirectionSettings, MainDirection, main_direction
 from merge.literature.chen2021.main_structure import StructureSettings, corners, main_structure
@@ -20,7 +21,6 @@ from merge.literature.chen2021.wall_picture import (
     straightened,
     wall_thickness,
 )
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True)

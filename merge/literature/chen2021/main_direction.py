@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mapping.validation import require_valid
 from merge.literature.chen2021.wall_picture import WALL, Image
-from merge.records.validation import require_valid
 
 QUARTER_DEG = 90.0
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.validation import require_valid
 from merge.literature.acceptance import no_answer
 from merge.literature.chen2021.corner_consensus import ConsensusSettings, CornerMatch, corner_consensus
 from merge.literature.chen2021.correction import Correction, CorrectionSettings, corrected
@@ -19,7 +20,6 @@ from merge.preparation.map_image import cells_from_pixels, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 from merge.verification.cell_overlap import compare_cells
 
 

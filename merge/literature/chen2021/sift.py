@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.validation import require_valid
 from merge.literature.acceptance import no_answer
 from merge.literature.chen2021.ransac import accept_by_index, most_inliers
 from merge.preparation.map_image import cells_from_pixels, trinary_picture
@@ -19,7 +20,6 @@ from merge.proposers.consensus import ConsensusSettings, consensus
 from merge.proposers.keypoints import Descriptors, Keypoints, detect_orb, match_descriptors
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
-from merge.records.validation import require_valid
 from merge.verification.cell_overlap import compare_cells
 
 FeatureName = Literal["sift", "orb"]

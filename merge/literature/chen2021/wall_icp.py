@@ -11,8 +11,8 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.validation import require_valid
 from merge.preparation.surface import Indices, centres, label_nearest
-from merge.records.validation import require_valid
 
 
 @dataclass(frozen=True, eq=False)
