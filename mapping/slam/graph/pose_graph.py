@@ -1,0 +1,161 @@
+"""Pose graph of the keyframes: Gauss-Newton on sparse normal equations, and the uncertainty of relative poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import splu
+
+from mapping.slam.link import Link
+
+FIXED = 1e12
+"""Information that keeps the first keyframe in its place."""
+
+SETTLED = 1e-5
+"""Gauss-Newton ends when no pose moves by more [m, rad]."""
+
+
+def optimise_poses(
+    poses: NDArray[np.float64], links: Sequence[Link], iterations: int, robust_deviations: float
+) -> NDArray[np.float64]:
+    """Return the poses (K, 3) that agree best with the links; the first stays in its place.
+
+    Robust links are weighted by Cauchy's function, ``1 / (1 + chi^2 / robust_deviations^2)``. Source: Grisetti,
+    Kuemmerle, Stachniss and Burgard, "A tutorial on graph-based SLAM", 2010.
+    """
+    first, second, relative, information, robust = _arrays(links)
+    poses = poses.copy()
+    rows, cols = _pattern(first, second)
+    for _ in range(iterations):
+        blocks, gradient = _linearised(poses, first, second, relative, information, robust, robust_deviations)
+        size = 3 * len(poses)
+        entries = np.append(blocks.ravel(), [FIXED] * 3)
+        hessian = csc_matrix((entries, (rows, cols)), shape=(size, size))
+        step = splu(hessian, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(-gradient)
+        poses += step.reshape(-1, 3)
+        if np.abs(step).max() < SETTLED:
+            break
+    return poses
+
+
+def chi_squared(poses: NDArray[np.float64], links: Sequence[Link]) -> NDArray[np.float64]:
+    """Return the squared Mahalanobis distance of each link from the poses."""
+    if not links:
+        return np.zeros(0)
+    first, second, relative, information, _ = _arrays(links)
+    errors = _errors(poses, first, second, relative)
+    chi: NDArray[np.float64] = np.einsum("ki,kij,kj->k", errors, information, errors)
+    return chi
+
+
+def relative_covariances(
+    links: Sequence[Link], count: int, origin: int, poses: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the covariance (K, 3, 3) of each keyframe's pose as seen from ``origin``, in the frame of the poses.
+
+    It is compounded along the path of least variance (Dijkstra; Thrun et al. 2005, chapter 10): an upper bound.
+    """
+    first, second, _, _, _ = _arrays(links)
+    covariances = np.stack([link.turned(poses[link.first, 2]) for link in links])
+    weights = covariances[:, 0, 0] + covariances[:, 1, 1] + 25.0 * covariances[:, 2, 2]
+    order = np.argsort(-weights, kind="stable")  # of parallel links the best is written last
+    table = dict(zip(zip(first[order].tolist(), second[order].tolist(), strict=True), order.tolist(), strict=True))
+    graph = csr_matrix((weights[list(table.values())], np.array(list(table)).T), shape=(count, count))
+    distance, parent = dijkstra(graph, directed=False, indices=np.array(origin), return_predecessors=True)
+    result = np.full((count, 3, 3), np.inf)
+    result[origin] = 0.0
+    for node in np.argsort(distance, kind="stable").tolist():
+        above = int(parent[node])
+        if above < 0:
+            continue
+        dx, dy = poses[node, :2] - poses[above, :2]
+        move = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+        if (above, node) in table:
+            step = covariances[table[above, node]]
+        else:
+            step = move @ covariances[table[node, above]] @ move.T
+        result[node] = move @ result[above] @ move.T + step
+    return result
+
+
+def _arrays(links: Sequence[Link]) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:  # type: ignore[type-arg]
+    first = np.array([link.first for link in links])
+    second = np.array([link.second for link in links])
+    relative = np.stack([link.relative for link in links])
+    information = np.linalg.inv(np.stack([link.covariance for link in links]))
+    return first, second, relative, information, np.array([link.robust for link in links])
+
+
+def _pattern(first: NDArray[np.int64], second: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return rows and columns of the entries of each link's blocks (E, 2, 2, 3, 3), and of those that fix the first."""
+    nodes = np.stack((first, second), axis=1)
+    rows = np.empty((len(first), 2, 2, 3, 3), np.int64)
+    cols = np.empty_like(rows)
+    axis = np.arange(3)
+    rows[:] = 3 * nodes[:, :, None, None, None] + axis[None, None, None, :, None]
+    cols[:] = 3 * nodes[:, None, :, None, None] + axis[None, None, None, None, :]
+    return np.append(rows.ravel(), axis), np.append(cols.ravel(), axis)
+
+
+def linearised(
+    poses: NDArray[np.float64], links: Sequence[Link], robust_deviations: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the blocks of the links' normal equations (E, 2, 2, 3, 3), and the gradient (3 K,)."""
+    return _linearised(poses, *_arrays(links), robust_deviations)
+
+
+@njit(cache=True)
+def _errors(
+    poses: NDArray[np.float64], first: NDArray[np.int64], second: NDArray[np.int64], relative: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    errors = np.empty((first.size, 3))
+    for k in range(first.size):
+        a, b = poses[first[k]], poses[second[k]]
+        c, s = math.cos(a[2]), math.sin(a[2])
+        dx, dy = b[0] - a[0], b[1] - a[1]
+        errors[k, 0] = c * dx + s * dy - relative[k, 0]
+        errors[k, 1] = c * dy - s * dx - relative[k, 1]
+        yaw = b[2] - a[2] - relative[k, 2]
+        errors[k, 2] = math.atan2(math.sin(yaw), math.cos(yaw))
+    return errors
+
+
+@njit(cache=True)
+def _linearised(
+    poses: NDArray[np.float64],
+    first: NDArray[np.int64],
+    second: NDArray[np.int64],
+    relative: NDArray[np.float64],
+    information: NDArray[np.float64],
+    robust: NDArray[np.bool_],
+    robust_deviations: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the blocks of the normal equations (E, 2, 2, 3, 3), and the gradient (3 K,)."""
+    errors = _errors(poses, first, second, relative)
+    blocks = np.empty((first.size, 2, 2, 3, 3))
+    gradient = np.zeros(3 * poses.shape[0])
+    jacobian = np.zeros((2, 3, 3))
+    for k in range(first.size):
+        a, b = poses[first[k]], poses[second[k]]
+        c, s = math.cos(a[2]), math.sin(a[2])
+        dx, dy = b[0] - a[0], b[1] - a[1]
+        jacobian[1] = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        jacobian[0] = -jacobian[1]
+        jacobian[0, 0, 2], jacobian[0, 1, 2] = c * dy - s * dx, -c * dx - s * dy
+        weighted = information[k]
+        if robust[k]:
+            squared = errors[k] @ weighted @ errors[k]
+            weighted = weighted / (1.0 + squared / robust_deviations**2)
+        for u in range(2):
+            node = 3 * (first[k] if u == 0 else second[k])
+            pull = jacobian[u].T @ weighted
+            gradient[node : node + 3] += pull @ errors[k]
+            for v in range(2):
+                blocks[k, u, v] = pull @ jacobian[v]
+    return blocks, gradient

@@ -1,0 +1,36 @@
+"""Constraint between two keyframes, as the optimisers use it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.se2 import SE2
+from mapping.slam.planar import rotation
+from mapping.slam.result import Edge, LoopEvidence
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """Relative pose (3,) of keyframe ``second`` in the frame of ``first``, with its covariance (3, 3) in the additive
+    x, y, yaw of that frame. ``robust`` links lose weight where the others contradict them."""
+
+    first: int
+    second: int
+    relative: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    robust: bool = False
+
+    def edge(self, evidence: LoopEvidence | None = None) -> Edge:
+        """Return the link as an edge of the result, its covariance that of a tangent vector."""
+        x, y, yaw = self.relative.tolist()
+        tangent = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
+        return Edge(self.first, self.second, SE2(x, y, yaw), tangent @ self.covariance @ tangent.T, evidence)
+
+    def turned(self, yaw: float) -> NDArray[np.float64]:
+        """Return the covariance in a frame in which ``first`` has this yaw [rad]."""
+        turn = rotation(yaw)
+        covariance: NDArray[np.float64] = turn @ self.covariance @ turn.T
+        return covariance

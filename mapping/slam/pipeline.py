@@ -1,0 +1,97 @@
+"""SLAM: from a robot's log to its trajectory and pose graph.
+
+1. Track: match each scan to the surfels of the latest keyframes (``tracking``).
+2. Close loops: find places seen before, register sub-maps, optimise the pose graph (``loops``, ``graph.pose_graph``).
+3. Adjust keyframes and walls together (``graph.adjustment``).
+4. Register every scan to the walls of the finished map.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from mapping.robot.robot_log import RobotLog
+from mapping.robot.trajectory import Trajectory
+from mapping.slam.graph.adjustment import adjust, moved_scans
+from mapping.slam.loops.closure import KeyframeGraph
+from mapping.slam.result import SlamResult
+from mapping.slam.settings import SlamSettings
+from mapping.slam.tracking.matching import match_scan
+from mapping.slam.tracking.points import range_deviation
+from mapping.slam.tracking.surfels import SurfelMap
+from mapping.slam.tracking.tracker import Tracker
+
+DEFAULTS = SlamSettings()
+
+
+def slam(
+    log: RobotLog, settings: SlamSettings = DEFAULTS, on_scan: Callable[[int], None] = lambda _: None
+) -> SlamResult:
+    """Estimate the trajectory of a log; equal logs and settings give equal results to the bit.
+
+    ``on_scan`` gets the number of scans tracked so far. BLAS runs on one thread: its rounding depends on their number,
+    and on a busy machine its threads wait for one another.
+    """
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _slam(log, settings, on_scan)
+
+
+def _slam(log: RobotLog, settings: SlamSettings, on_scan: Callable[[int], None]) -> SlamResult:
+    clock = _Clock()
+    tracker = Tracker(log, range_deviation(log.scans, settings.points), settings)
+    graph = KeyframeGraph(tracker, settings)
+    for index in range(len(log.scans)):
+        is_keyframe = tracker.add(index)
+        clock.add("tracking")
+        if is_keyframe:
+            graph.add_keyframe()
+            clock.add("loops")
+        on_scan(index + 1)
+    graph.solve()
+    clock.add("loops")
+    poses, surfels = adjust(tracker, graph.poses, settings)
+    clock.add("adjustment")
+    scans = _registered(tracker, moved_scans(tracker, poses), surfels, settings)
+    clock.add("registration")
+    loops = [loop.link.edge(loop.evidence) for loop in graph.loops]
+    return SlamResult(
+        trajectory=Trajectory(log.odometry.stamps, scans).from_start(),
+        keyframes=np.array([keyframe.scan for keyframe in tracker.track.keyframes]),
+        edges=(*(link.edge() for link in tracker.track.links), *loops),
+        timings=MappingProxyType(clock.seconds),
+    )
+
+
+class _Clock:
+    """Add up the processor time of each step [s]."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.process_time()
+
+    def add(self, step: str) -> None:
+        now = time.process_time()
+        self.seconds[step] = self.seconds.get(step, 0.0) + now - self._last
+        self._last = now
+
+
+def _registered(
+    tracker: Tracker, poses: NDArray[np.float64], surfels: SurfelMap | None, settings: SlamSettings
+) -> NDArray[np.float64]:
+    """Register each scan to the surfels of the whole map, near its pose (N, 3)."""
+    if surfels is None:
+        return poses
+    deviation, yaw = settings.adjustment.scan_deviation, settings.adjustment.scan_yaw_deviation
+    prior = np.diag(1.0 / np.square([deviation, deviation, yaw]))
+    registered = poses.copy()
+    for index, pose in enumerate(poses):
+        points = tracker.points_of(index)
+        if len(points.points):
+            registered[index] = match_scan(points, surfels, pose, (pose, prior), settings.match).pose
+    return registered

@@ -1,0 +1,243 @@
+"""Front end: match each scan to the map of the latest keyframes, and link the keyframes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.robot.robot_log import RobotLog
+from mapping.slam.correlation import (
+    LikelihoodField,
+    correlate,
+    likelihood_field,
+    peaks,
+    search_angles,
+    thinned,
+)
+from mapping.slam.link import Link
+from mapping.slam.planar import between, compose, inverse, move_points, rotation, turn_vectors
+from mapping.slam.settings import LocalMapSettings, SlamSettings
+from mapping.slam.tracking.matching import Match, match_scan
+from mapping.slam.tracking.motion import OdometryLevel, motion_covariance
+from mapping.slam.tracking.points import REFERENCE_RANGE, RangeDeviation, ScanPoints, scan_points
+from mapping.slam.tracking.surfels import SurfelMap, build_surfels
+
+SEARCH_CELL = 0.2
+"""Cell of the correlation with the local map [m]; the match then begins within half a cell."""
+
+SEARCH_POINTS = 200
+"""Points of the scan that the correlation uses."""
+
+LARGEST_SEARCH = (3.0, 1.0)
+"""Bounds of the window of a correlation [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframe:
+    """A scan that stays in the map: its index in the log and its pose (3,) when it was tracked.
+
+    ``path`` [m] and ``turned`` [rad] lead from the keyframe before it, ``distance`` [m] is the path from the start.
+    """
+
+    scan: int
+    pose: NDArray[np.float64]
+    path: float
+    turned: float
+    distance: float
+
+
+@dataclass
+class Track:
+    """Poses (N, 3) of all scans in the frame of the first, and for each scan the latest keyframe (N,), counted from 0;
+    the keyframes, and the links between them."""
+
+    poses: NDArray[np.float64]
+    owners: NDArray[np.int64]
+    keyframes: list[Keyframe] = field(default_factory=list)
+    links: list[Link] = field(default_factory=list)
+
+    def keyframe_poses(self) -> NDArray[np.float64]:
+        return np.stack([keyframe.pose for keyframe in self.keyframes])
+
+    def distances(self) -> NDArray[np.float64]:
+        """Return the path driven until each keyframe [m], (K,)."""
+        return np.array([keyframe.distance for keyframe in self.keyframes])
+
+
+@dataclass(frozen=True, eq=False)
+class _Prediction:
+    """Predicted pose (3,) with its covariance (3, 3), and the pose ``guess`` (3,) at which the match begins.
+
+    ``unit`` (3, 3) is the covariance of the odometry at noise level 1 in a frame that ``turn`` (3, 3) takes to the
+    track's; None without odometry.
+    """
+
+    pose: NDArray[np.float64]
+    guess: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    turn: NDArray[np.float64]
+    unit: NDArray[np.float64] | None
+
+
+class Tracker:
+    """Track a robot scan by scan.
+
+    ``noise`` holds the estimated noise level of the odometry, ``voxel`` [m] is the side of the surfels.
+    """
+
+    def __init__(self, log: RobotLog, deviation: RangeDeviation, settings: SlamSettings) -> None:
+        self.log = log
+        self.deviation = deviation
+        self.settings = settings
+        self.odometry = log.odometry.from_start().poses.copy()
+        self.track = Track(np.zeros((len(log.scans), 3)), np.zeros(len(log.scans), np.int64))
+        self.noise = OdometryLevel(settings.motion)
+        local = settings.local_map
+        side = local.voxel_deviations * deviation.at(REFERENCE_RANGE)
+        self.voxel = float(np.clip(side, local.least_voxel, local.greatest_voxel))
+        self._surfels: SurfelMap | None = None
+        self._field: LikelihoodField | None = None
+        self._latest: list[ScanPoints] = []
+        self._path, self._turned = 0.0, 0.0
+
+    def points_of(self, index: int) -> ScanPoints:
+        """Compute the points of scan ``index``."""
+        return scan_points(self.log.scans[index], self.log.base_from_lidar, self.deviation, self.settings.points)
+
+    def add(self, index: int) -> bool:
+        """Track scan ``index``, the next one; return True if it became a keyframe."""
+        points, track = self.points_of(index), self.track
+        if index == 0:
+            self._add_keyframe(0, np.zeros(3), points)
+            return True
+        prediction = self._predict(index)
+        match = self._match(points, prediction)
+        track.poses[index] = match.pose
+        track.owners[index] = len(track.keyframes) - 1
+        driven = between(track.keyframes[-1].pose, match.pose)
+        rule = self.settings.keyframes
+        if math.hypot(driven[0], driven[1]) < rule.distance and abs(driven[2]) < rule.turn:
+            return False
+        self._learn(match, prediction)
+        self._add_keyframe(index, match.pose, points)
+        self._add_links(match.covariance())
+        return True
+
+    def _predict(self, index: int) -> _Prediction:
+        """Predict the pose of a scan: by odometry since the last keyframe, or by the velocity of the last scans."""
+        poses, last, motion = self.track.poses, self.track.keyframes[-1], self.settings.motion
+        if not motion.odometry:
+            self.odometry[index] = compose(poses[index - 1], self._velocity_step(index))
+        step = between(self.odometry[index - 1] if motion.odometry else poses[index - 1], self.odometry[index])
+        self._path += math.hypot(step[0], step[1])
+        self._turned += abs(step[2])
+        guess = compose(poses[index - 1], step)
+        if not motion.odometry:
+            return _Prediction(guess, guess, self._velocity_covariance(index), rotation(0.0), None)
+        moved = between(self.odometry[last.scan], self.odometry[index])
+        unit = motion_covariance(self._path, self._turned, motion)
+        turn = rotation(last.pose[2] + 0.5 * moved[2])
+        covariance = turn @ (self.noise.level**2 * unit) @ turn.T
+        return _Prediction(compose(last.pose, moved), guess, covariance, turn, unit)
+
+    def _velocity_step(self, index: int) -> NDArray[np.float64]:
+        if index < 2:
+            return np.zeros(3)
+        stamps, poses = self.log.odometry.stamps, self.track.poses
+        ratio = (stamps[index] - stamps[index - 1]) / (stamps[index - 1] - stamps[index - 2])
+        step: NDArray[np.float64] = between(poses[index - 2], poses[index - 1]) * min(ratio, 2.0)
+        return step
+
+    def _velocity_covariance(self, index: int) -> NDArray[np.float64]:
+        motion, stamps = self.settings.motion, self.log.odometry.stamps
+        seconds = stamps[index] - stamps[index - 1]
+        shift = 0.5 * motion.acceleration * seconds**2 + self.settings.local_map.roughness
+        turn = 0.5 * motion.turn_acceleration * seconds**2 + self.settings.local_map.roughness
+        return np.diag(np.square([shift, shift, turn]))
+
+    def _match(self, points: ScanPoints, prediction: _Prediction) -> Match:
+        """Match a scan from where odometry leads; if that fails or may, from the best place of a correlation."""
+        prior = inverse(prediction.covariance)
+        if self._surfels is None or len(points.points) == 0:
+            return Match(prediction.pose, np.zeros((3, 3)), prior, 0.0, 0.0)
+        settings = self.settings.match
+        spread = 3.0 * np.sqrt(np.diag(prediction.covariance))
+        near = max(spread[0], spread[1]) < settings.first_reach and spread[2] < settings.search_turn
+        match = match_scan(points, self._surfels, prediction.guess, (prediction.pose, prior), settings)
+        if near and match.share >= settings.least_share:
+            return match
+        start = self._correlated(points, prediction.pose, spread)
+        window = np.diag(np.square([settings.search_shift, settings.search_shift, settings.search_turn]))
+        loose = inverse(prediction.covariance + window)  # the wheels may have slipped
+        other = match_scan(points, self._surfels, start, (prediction.pose, loose if near else prior), settings)
+        return other if other.share > match.share else match
+
+    def _correlated(
+        self, points: ScanPoints, pose: NDArray[np.float64], spread: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the best pose of a correlation with the points of the local map, around a pose."""
+        settings = self.settings.match
+        if self._field is None:
+            frames = self.track.keyframes[-len(self._latest) :]
+            walls = [move_points(one.pose, scan.points) for one, scan in zip(frames, self._latest, strict=True)]
+            self._field = likelihood_field(np.concatenate(walls), SEARCH_CELL, SEARCH_CELL, 1.0)
+        few = thinned(points.points, SEARCH_CELL, SEARCH_POINTS)
+        step = SEARCH_CELL / max(float(np.percentile(np.hypot(*few.T), 75.0)), 1.0)
+        reach = float(np.clip(max(spread[0], spread[1]), settings.search_shift, LARGEST_SEARCH[0]))
+        angles = search_angles(float(np.clip(spread[2], settings.search_turn, LARGEST_SEARCH[1])), step)
+        scores = correlate(self._field, few, pose, reach, angles)
+        found = peaks(scores, SEARCH_CELL, angles, (SEARCH_CELL, step), 1)
+        return pose + found[0][1] if found else pose
+
+    def _learn(self, match: Match, prediction: _Prediction) -> None:
+        """Compare odometry with the scan alone, whose pose follows from that of both together."""
+        if prediction.unit is None or np.linalg.eigvalsh(match.information)[0] < 1.0:
+            return
+        off = match.pose - prediction.pose
+        off[2] = math.remainder(off[2], math.tau)
+        turn = prediction.turn
+        difference = turn.T @ np.linalg.solve(match.information, (match.information + match.prior) @ off)
+        measured = turn.T @ inverse(match.information) @ turn
+        self.noise.add(difference, np.diag(prediction.unit), np.diag(measured))
+
+    def _add_keyframe(self, scan: int, pose: NDArray[np.float64], points: ScanPoints) -> None:
+        track = self.track
+        track.owners[scan] = len(track.keyframes)
+        distance = self._path + (track.keyframes[-1].distance if track.keyframes else 0.0)
+        track.keyframes.append(Keyframe(scan, pose, self._path, self._turned, distance))
+        self._path, self._turned = 0.0, 0.0
+        self._latest = [*self._latest, points][-self.settings.local_map.keyframes :]
+        poses = [keyframe.pose for keyframe in track.keyframes[-len(self._latest) :]]
+        self._field = None
+        self._surfels = surfels_of(self._latest, poses, self.voxel, self.settings.local_map)
+
+    def _add_links(self, covariance: NDArray[np.float64]) -> None:
+        track, rule = self.track, self.settings.keyframes
+        number = len(track.keyframes) - 1
+        for back in rule.links:
+            first = number - back
+            if first < 0:
+                continue
+            way = track.keyframes[number].distance - track.keyframes[first].distance
+            if back > 1 and way > rule.longest_link:
+                continue
+            a, b = track.keyframes[first].pose, track.keyframes[number].pose
+            turn = rotation(a[2])
+            drift = self.noise.level**2 * way * np.diag(np.square([rule.drift, rule.drift, rule.yaw_drift]))
+            scale = 1.0 if back == 1 else 2.0
+            track.links.append(Link(first, number, between(a, b), scale * turn.T @ covariance @ turn + drift))
+
+
+def surfels_of(
+    scans: Sequence[ScanPoints], poses: Sequence[NDArray[np.float64]], voxel: float, settings: LocalMapSettings
+) -> SurfelMap | None:
+    """Build the surfels of scans at poses; None if they have no point."""
+    points = np.concatenate([move_points(pose, scan.points) for pose, scan in zip(poses, scans, strict=True)])
+    if len(points) == 0:
+        return None
+    normals = np.concatenate([turn_vectors(pose[2], scan.normals) for pose, scan in zip(poses, scans, strict=True)])
+    return build_surfels(points, normals, voxel, settings.line_ratio, settings.roughness)
