@@ -14,7 +14,6 @@ from mapping.grid.log_odds import map_log
 from mapping.grid.sensor_model import sensor_model
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
-from mapping.slam.front_end import odometry_front_end
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.palette import TRUE_WALL, UNKNOWN, picture, robot_colour
 from mapquilt.viz.png import figure_png
@@ -62,7 +61,7 @@ def replaced_endpoints(scan: LidarScan, replaced: np.ndarray) -> np.ndarray:
 
 
 def draw_map(axes: Axes, truth: RobotTruth, sensed: SensedLog) -> None:
-    grid = map_log(sensed.log, odometry_front_end(sensed.log), 0.05, sensor_model("octomap"), 0.0)
+    grid = map_log(sensed.log, sensed.log.odometry.from_start(), 0.05, sensor_model("octomap"), 0.0)
     (low_x, low_y), (high_x, high_y) = grid.frame.metres_from_cells(np.array([(0, 0), np.array(grid.frame.shape) - 1]))
     half = grid.frame.resolution / 2.0
     axes.imshow(picture(grid), origin="lower", extent=(low_x - half, high_x + half, low_y - half, high_y + half))

@@ -15,7 +15,6 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.robot_log_file import load_robot_log
 from mapping.map_set import MapSet
-from mapping.slam.front_end import odometry_front_end
 from mapquilt.evaluation.transform_error import transform_error
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import RunTruth, load_truth
@@ -39,7 +38,7 @@ def main(run: Path, picture: Path) -> None:
 def robot_text(run: Path, mission: Mission, truth: RunTruth, index: int, name: str) -> str:
     """Describe the drift at the end of the path, the best fit and the distortion."""
     true = mission.robots[index].trajectory
-    believed = odometry_front_end(load_robot_log(run / name / "log.npz"))
+    believed = load_robot_log(run / name / "log.npz").odometry.from_start()
     end = (true.pose(0) @ believed.pose(len(believed) - 1)).inverse() @ true.pose(len(true) - 1)
     fit = truth.robot(name).truth
     moved = fit.world_from_start_map.inverse() @ fit.world_from_map

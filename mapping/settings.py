@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mapping.grid.sensor_model import sensor_model
-from mapping.slam.front_end import POSES
+from mapping.slam.settings import POSES, SlamSettings
 
 
 @dataclass(frozen=True)
@@ -15,15 +15,17 @@ class MappingSettings:
     - ``poses``: the front end whose poses the robot maps with (``mapping.slam.front_end``), or ``truth``;
     - ``resolution`` [m]: cell size;
     - ``sensor_model``: name of the inverse sensor model;
-    - ``clear_range`` [m]: range cleared along a beam that has no return; 0 clears none.
+    - ``clear_range`` [m]: range cleared along a beam that has no return; 0 clears none;
+    - ``slam``: settings of the front end ``slam``.
 
     Raises ``ValueError`` naming the field and the value.
     """
 
-    poses: str = "odometry"
+    poses: str = "slam"
     resolution: float = 0.05
     sensor_model: str = "octomap"
     clear_range: float = 0.0
+    slam: SlamSettings = field(default_factory=SlamSettings)
 
     def __post_init__(self) -> None:
         sensor_model(self.sensor_model)

@@ -66,7 +66,7 @@ class SamplesSpec(_Strict):
 
     per_mission: Annotated[int, Field(ge=1)] = 4
     noise: tuple[Annotated[float, Field(ge=0.0, allow_inf_nan=False)], ...] = (1.0,)
-    poses: tuple[str, ...] = ("odometry",)
+    poses: tuple[str, ...] = ("slam",)
     scale: tuple[tuple[Positive, Positive], ...] = ((0.5, 2.0),)
     parts: tuple[int, ...] = (1,)
     resolution: tuple[Positive, ...] = (0.05,)

@@ -12,10 +12,10 @@ from mapping.grid.log_odds import map_log
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.sensor_model import sensor_model
 from mapping.robot.recorded_log import RecordedLog
-from mapping.robot.trajectory import Trajectory
 from mapping.settings import MappingSettings
-from mapping.slam.front_end import FRONT_ENDS, TRUE_POSES
+from mapping.slam.front_end import FRONT_ENDS, without_graph
 from mapping.slam.result import SlamResult
+from mapping.slam.settings import TRUE_POSES
 from mapquilt.evaluation.trajectory_error import AbsoluteError, absolute_error
 from mapquilt.logs.load_log import NamedLog
 from mapquilt.logs.log_files import unique_names
@@ -94,11 +94,9 @@ def _estimate(recorded: RecordedLog, settings: MappingSettings, on_scan: Callabl
     if settings.poses == TRUE_POSES:
         if recorded.reference is None:
             raise ValueError(f"has no reference poses; choose other --poses: {', '.join(FRONT_ENDS)}")
-        return _without_graph(recorded.reference.from_start())
+        return without_graph(recorded.reference.from_start())
     if settings.poses == "odometry" and not recorded.has_odometry:
         raise ValueError("has no odometry; give one by --odometry, or choose other --poses")
-    return _without_graph(FRONT_ENDS[settings.poses](recorded.log))
+    motion = replace(settings.slam.motion, odometry=settings.slam.motion.odometry and recorded.has_odometry)
+    return FRONT_ENDS[settings.poses](recorded.log, replace(settings.slam, motion=motion), on_scan)
 
-
-def _without_graph(trajectory: Trajectory) -> SlamResult:
-    return SlamResult(trajectory, np.empty(0, np.int64), ())

@@ -18,8 +18,11 @@ from mapping.ground_truth.truth import (
     pair_truth,
 )
 from mapping.map_set import MapSet
-from mapping.robot.robot_log import RobotLog
-from mapping.slam.front_end import FRONT_ENDS, TRUE_POSES
+from mapping.robot.robot_log import RobotLog, RobotTruth
+from mapping.robot.trajectory import Trajectory
+from mapping.settings import MappingSettings
+from mapping.slam.front_end import FRONT_ENDS
+from mapping.slam.settings import TRUE_POSES
 from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, TrueMap, true_footprints
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from mapquilt.settings import SampleSettings
@@ -106,7 +109,7 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
 def _make_map(sensed: SensedLog, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
     log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
     mapping = settings.mapping
-    poses = truth.trajectory.from_start() if mapping.poses == TRUE_POSES else FRONT_ENDS[mapping.poses](log)
+    poses = _poses(log, truth, mapping)
     drawn = map_log(log, poses, mapping.resolution, sensor_model(mapping.sensor_model), mapping.clear_range)
     seen = beam_endpoints(log, truth, poses, sensed.outliers[place.start : place.stop])
     return _MapSample(
@@ -116,6 +119,12 @@ def _make_map(sensed: SensedLog, place: TrueMap, settings: SampleSettings, start
         seen=seen,
         truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
     )
+
+
+def _poses(log: RobotLog, truth: RobotTruth, settings: MappingSettings) -> Trajectory:
+    if settings.poses == TRUE_POSES:
+        return truth.trajectory.from_start()
+    return FRONT_ENDS[settings.poses](log, settings.slam, lambda _: None).trajectory
 
 
 def _origins(places: TrueFootprints, made: list[_MapSample]) -> tuple[RobotOrigin, ...]:

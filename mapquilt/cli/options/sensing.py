@@ -9,7 +9,7 @@ import typer
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.settings import MappingSettings
-from mapping.slam.front_end import POSES
+from mapping.slam.settings import POSES
 from mapquilt.leaves import split_assignment, with_assignments
 from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings, max_yaw_of, parse_perturbed_scales
 from sim.sensors.settings import SensingSettings

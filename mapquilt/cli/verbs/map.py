@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from mapping.settings import MappingSettings
-from mapping.slam.front_end import TRUE_POSES
+from mapping.slam.settings import TRUE_POSES
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import path
 from mapquilt.cli.options.sensing import ClearRange, Model, Resolution

@@ -31,7 +31,7 @@ def sense(
     noise: NoiseOption = 1.0,
     components: SetOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of noise and map frames; default: that of RUN.")] = None,
-    poses: PosesOption = "odometry",
+    poses: PosesOption = "slam",
     scale: ScaleOption = "hidden",
     max_rotation: MaxRotation = 180.0,
     max_offset: MaxOffset = 10.0,

@@ -61,7 +61,7 @@ def simulate(
     rate: Annotated[float | None, typer.Option(help="Scan rate [Hz]; default: the lidar's own.")] = None,
     noise: NoiseOption = 1.0,
     components: SetOption = None,
-    poses: PosesOption = "odometry",
+    poses: PosesOption = "slam",
     scale: ScaleOption = "hidden",
     max_rotation: MaxRotation = 180.0,
     max_offset: MaxOffset = 10.0,
