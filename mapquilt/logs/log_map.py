@@ -99,4 +99,3 @@ def _estimate(recorded: RecordedLog, settings: MappingSettings, on_scan: Callabl
         raise ValueError("has no odometry; give one by --odometry, or choose other --poses")
     motion = replace(settings.slam.motion, odometry=settings.slam.motion.odometry and recorded.has_odometry)
     return FRONT_ENDS[settings.poses](recorded.log, replace(settings.slam, motion=motion), on_scan)
-
