@@ -1,6 +1,6 @@
 """Acceptance tests of loops, each switched off in turn, where rooms look alike and odometry is bad.
 
-``python -m benchmarks.loop_tests --out loops`` writes loops.csv, one row for each robot and variant, and prints the sums.
+``python -m benchmarks.loop_tests --out loops`` writes loops.csv, one row for each robot and variant, and prints sums.
 The lidar has noise level 1; the odometry that of ``--levels``.
 """
 
@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -33,7 +34,7 @@ from sim.sensors.sensing import sense
 FALSE_SHIFT, FALSE_TURN = 0.5, 0.1
 """A loop is false if it errs by more [m, rad]."""
 
-OFF = {
+OFF: dict[str, dict[str, Any]] = {
     "all tests": {},
     "no overlap": {"min_submap_overlap": 0.0},
     "no likelihood": {"min_likelihood": 0.0},
