@@ -9,6 +9,7 @@ import pytest
 
 from mapquilt.benchmark.fitting import decide_again, fit_acceptance
 from mapquilt.cli.app import run
+from mapquilt.cli.verbs import calibrate as verb
 from mapquilt.cli.verbs.calibrate import acceptance_record
 from mapquilt.evaluation.calibration import calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth
@@ -23,7 +24,7 @@ TRUE = AcceptanceSettings(margin_weight=24.0, contradiction_weight=90.0, thresho
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 0.01, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)
 
 
-def drawn(number: int, seed: int = 0, **fields: float) -> list[EvaluatedPair]:
+def drawn(number: int, seed: int = 0, true: AcceptanceSettings = TRUE, **fields: float) -> list[EvaluatedPair]:
     """Answers that are right as often as the true constants say."""
     rng = np.random.default_rng(seed)
     trials = []
@@ -34,7 +35,7 @@ def drawn(number: int, seed: int = 0, **fields: float) -> list[EvaluatedPair]:
             "deep_free_space_violation": rng.uniform(0.0, 0.04),
         }
         found = dataclasses.replace(EVIDENCE, score=score, **measured | fields)
-        right = rng.random() < decide(found, TRUE).confidence
+        right = rng.random() < decide(found, true).confidence
         trials.append(evaluated(True, GOOD if right else BAD, overlap=0.6, evidence=found))
     return trials
 
@@ -120,6 +121,24 @@ def test_the_schema_allows_every_constant_that_the_settings_allow(tmp_path):
     record["acceptance"]["margin_weight"] = -1.0
     with pytest.raises(ValueError, match="margin_weight"):
         write_record(tmp_path / "c.json", "calibration", record)
+
+
+def test_calibrate_runs_to_its_end(tmp_path, monkeypatch, capsys):
+    """On drawn answers, from whose fit the threshold comes out negative, as the shipped one is."""
+    trials = drawn(400, true=dataclasses.replace(TRUE, threshold=-1.5))
+
+    def answers(*arguments):
+        arguments[-1].mkdir(parents=True)
+        return trials
+
+    monkeypatch.setattr(verb, "_answers", answers)
+    assert run(["calibrate", "--dataset", str(tmp_path), "--out", str(tmp_path / "out"), "--check", "all"]) == 0
+    record = read_record(tmp_path / "out/calibration.json", "calibration")
+    assert record["acceptance"]["threshold"] < 0.0
+    assert record["check"]["pairs"] == 400
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"calibration.json", "reliability.png"}
+    assert "400 pairs of the check" in capsys.readouterr().out
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 @pytest.mark.parametrize(

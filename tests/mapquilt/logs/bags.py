@@ -13,6 +13,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from mapping.robot.recorded_log import RecordedLog
+
 STORAGES = ("bag", "mcap", "db3")
 Pose = Sequence[float]
 """x, y, z and roll, pitch, yaw."""
@@ -109,3 +111,18 @@ class Messages:
             cr * cp * cy + sr * sp * sy,
         )
         return self.store.types["geometry_msgs/msg/Quaternion"](*parts)
+
+
+def room_bag(storage: str, recorded: RecordedLog) -> Messages:
+    """Turn a recorded log into a bag: scans, odometry and the mounting of the lidar."""
+    bag, mounting, flat = Messages(storage), recorded.log.base_from_lidar, (0.0, 0.0)
+    stamps, poses = recorded.log.odometry.stamps.tolist(), recorded.log.odometry.poses.tolist()
+    bag.transform("/tf_static", stamps[0], "base", "lidar", (mounting.x, mounting.y, 0.2, *flat, mounting.yaw))
+    for scan in recorded.log.scans:
+        fields = {"angle_min": scan.angle_min, "angle_increment": scan.angle_increment}
+        bag.scan(
+            "/scan", scan.stamp, scan.ranges.tolist(), **fields, range_min=scan.range_min, range_max=scan.range_max
+        )
+    for stamp, (x, y, yaw) in zip(stamps, poses, strict=True):
+        bag.odometry("/odom", stamp, (x, y, 0.0, *flat, yaw))
+    return bag
