@@ -40,6 +40,8 @@ define simulate
 $(bin)/mapquilt simulate $(call quote,$(world)) --robots $(call quote,$(robots)) --seed $(call quote,$(seed)) \
   --duration $(call quote,$(duration)) --noise $(call quote,$(noise)) --out $(call quote,$(out))
 endef
+# A method that does not exist stops the job before the run of before is replaced.
+check_method = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(method)) --dry-run
 # Exit status 1 says that some map was refused: a result, to be scored like any other.
 merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(method)) || test $$? -eq 1
 score = $(bin)/mapquilt score $(call quote,$(out))
@@ -51,6 +53,7 @@ score = $(bin)/mapquilt score $(call quote,$(out))
 .DELETE_ON_ERROR:
 
 run: $(stamp)
+	$(check_method)
 	$(simulate)
 	$(merge)
 	$(score)

@@ -8,6 +8,7 @@ import shlex
 import shutil
 import stat
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -56,7 +57,7 @@ def job(folder: Path, *words: str, **environment: str) -> list[list[str]]:
 
 
 def test_the_job_by_default(clone: Path) -> None:
-    simulate, merge, score = job(clone)
+    _, simulate, merge, score = job(clone)
     options = "--robots 3 --seed 6 --duration 120 --noise 1 --out runs/office-3-6"
     assert " ".join(simulate[1:]) == f"simulate office {options}"
     assert " ".join(merge[1:]) == "merge runs/office-3-6 --method quilt || test $? -eq 1"
@@ -66,14 +67,14 @@ def test_the_job_by_default(clone: Path) -> None:
 
 def test_variables_pass_through(clone: Path) -> None:
     given = ("world=maze", "robots=5", "seed=11", "duration=60", "noise=0.5", "method=orb", "out=here")
-    simulate, merge, score = job(clone, *given)
+    _, simulate, merge, score = job(clone, *given)
     assert " ".join(simulate[1:]) == "simulate maze --robots 5 --seed 11 --duration 60 --noise 0.5 --out here"
     assert merge[2:5] == ["here", "--method", "orb"]
     assert score[2] == "here"
 
 
 def test_the_run_folder_follows_the_variables(clone: Path) -> None:
-    assert job(clone, "world=maze", "seed=1")[2][2] == "runs/maze-3-1"
+    assert job(clone, "world=maze", "seed=1")[3][2] == "runs/maze-3-1"
 
 
 def test_the_environment_does_not_leak_in(clone: Path) -> None:
@@ -95,8 +96,8 @@ def test_a_value_with_spaces_stays_one_word(clone: Path, value: str) -> None:
     mapquilt.write_text('#!/bin/sh\nprintf "%s\\n" "$2" >> seen\n')
     mapquilt.chmod(0o755)
     assert make(clone, f"world={value}").returncode == 0
-    world, out, again = (clone / "seen").read_text().splitlines()
-    assert (world, out, again) == (value, f"runs/{value}-3-6", f"runs/{value}-3-6")
+    before, world, out, again = (clone / "seen").read_text().splitlines()
+    assert (world, before, out, again) == (value, *[f"runs/{value}-3-6"] * 3)
     assert not (clone / "pwned").exists()
 
 
@@ -105,11 +106,24 @@ def test_a_refusal_does_not_stop_the_job(clone: Path, status: int, stops: bool) 
     mapquilt = clone / ".venv" / "bin" / "mapquilt"
     install_once(clone)
     mapquilt.parent.mkdir()
-    mapquilt.write_text(f'#!/bin/sh\necho "$1" >> seen\nif [ "$1" = merge ]; then exit {status}; fi\n')
+    mapquilt.write_text(f'#!/bin/sh\necho "$1" >> seen\n[ "$1 $5" != "merge " ] || exit {status}\n')
     mapquilt.chmod(0o755)
     done = make(clone)
     assert (done.returncode != 0) == stops
-    assert (clone / "seen").read_text().split() == ["simulate", "merge"] + ["score"] * (not stops)
+    assert (clone / "seen").read_text().split() == ["merge", "simulate", "merge"] + ["score"] * (not stops)
+
+
+def test_a_method_that_does_not_exist_stops_the_job_before_it_simulates(clone: Path) -> None:
+    mapquilt = clone / ".venv" / "bin" / "mapquilt"
+    install_once(clone)
+    mapquilt.parent.mkdir()
+    mapquilt.write_text(f'#!/bin/sh\necho "$1" >> seen\nPYTHONPATH={ROOT} exec {sys.executable} -m mapquilt "$@"\n')
+    mapquilt.chmod(0o755)
+    done = make(clone, "method=typo")
+    assert done.returncode != 0
+    assert "typo" in done.stderr
+    assert (clone / "seen").read_text().split() == ["merge"]
+    assert not (clone / "runs").exists()
 
 
 def test_an_unknown_variable_is_refused(clone: Path) -> None:

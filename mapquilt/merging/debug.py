@@ -10,7 +10,7 @@ from mapping.io.atomic import atomic_folder
 from mapping.map_set import MapSet
 from mapquilt.jobs.progress import count_progress
 from mapquilt.json_file import write_record
-from mapquilt.runs.folder import is_run, refuse_foreign
+from mapquilt.runs.folder import is_run, refuse_foreign, spare_inputs
 from merge.settings import MergeSettings
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def refuse_debug(out: Path, settings: MergeSettings, sources: Sequence[Path]) ->
         raise ValueError(f"--debug {out}: only --method {METHOD} has steps to show, not {settings.method}")
     if is_run(out):
         raise ValueError(f"{out}: is a run; choose another folder")
+    spare_inputs(out, sources)
     refuse_foreign(out, RECORD_FILE)
 
 

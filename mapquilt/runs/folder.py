@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -90,6 +90,14 @@ def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
         for record in (RUN_FILE, MERGE_FILE):
             if _holds(around, record):
                 raise ValueError(f"{folder}: lies inside the {Path(record).stem} {around}; name a folder outside it")
+
+
+def spare_inputs(out: Path, inputs: Iterable[Path]) -> None:
+    """Raise ``ValueError`` if one of the inputs is ``out`` or lies in it, since writing replaces that folder."""
+    replaced = Path(os.path.realpath(out))
+    for each in inputs:
+        if Path(os.path.realpath(each)).is_relative_to(replaced):
+            raise ValueError(f"{out}: would replace the input {each}; name another folder")
 
 
 def _holds(folder: Path, mark: str) -> bool:

@@ -44,7 +44,11 @@ def simulate_run(
 
 
 def sense_run(run: Path, out: Path, settings: SampleSettings, on_mapping: Progress | None = None) -> Mission:
-    """Write another run of a stored mission, without simulating it again."""
+    """Write another run of a stored mission, without simulating it again.
+
+    Raises ``ValueError`` if that would replace the run itself, or files of others.
+    """
+    run_folder.spare_inputs(out, [run])
     run_folder.refuse_foreign(out)
     mission = load_mission(run_folder.mission_folder(run))
     write_run(out, mission, settings, {}, on_mapping)

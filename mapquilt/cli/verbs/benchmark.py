@@ -21,7 +21,7 @@ from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
-from mapquilt.runs.folder import refuse_foreign
+from mapquilt.runs.folder import refuse_foreign, spare_inputs
 from merge.methods import method_names, published_names
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")
@@ -69,6 +69,7 @@ def benchmark(
     """
     ranges = None if scale == "auto" else ScaleRange.parse(scale)
     methods = chosen_methods(method or DEFAULT_METHODS, ranges, as_published)
+    spare_inputs(out, [*(pairs or ()), *(dataset or ())])
     refuse_foreign(out, SUMMARY_FILE)
     chosen = _chosen_pairs(pairs or (), dataset or (), split, limit, seed)
     with Runner(chosen_workers(workers, scheduler)) as runner, count_progress("pairs") as on_progress:

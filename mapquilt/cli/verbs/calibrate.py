@@ -23,7 +23,7 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import write_record
-from mapquilt.runs.folder import refuse_foreign
+from mapquilt.runs.folder import refuse_foreign, spare_inputs
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.reliability import reliability_figure
 from merge.settings import MergeSettings
@@ -66,6 +66,7 @@ def calibrate(
             raise ValueError(f"--check {check}: is the split of the fit, must be another")
     elif common := {path.resolve() for path in dataset} & {path.resolve() for path in check_dataset}:
         raise ValueError(f"--check-dataset {min(common)}: is also fitted on; leave it out to check on another split")
+    spare_inputs(out, [*dataset, *check_dataset])
     refuse_foreign(out, CALIBRATION_FILE)
     with Runner(chosen_workers(workers, scheduler)) as runner:
         work = unfinished_folder(out)

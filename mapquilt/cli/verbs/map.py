@@ -22,6 +22,7 @@ from mapquilt.logs.load_log import LogSource, NamedLog, load_log
 from mapquilt.logs.log_map import LOG_POSES, REFERENCE, LogMap, cut_logs, draw_log
 from mapquilt.logs.map_folder import refuse_map_folder, write_log_map, write_log_run
 from mapquilt.logs.reference_truth import reference_steps
+from mapquilt.runs.folder import spare_inputs
 from mapquilt.settings import COMBINED, ExperimentConfig
 from mapquilt.viz.text_table import plain_table
 
@@ -76,6 +77,7 @@ def map_logs(
     source = LogSource(scan_topic, odom_topic, odometry, reference, start, end, max_rate)
     if len(logs) > 1 and not (odometry is None and reference is None):
         raise ValueError(f"--odometry and --reference: must go with one log, not with {len(logs)}")
+    spare_inputs(out, [*logs, *(each for each in (odometry, reference) if each is not None)])
     refuse_map_folder(out, several=len(logs) > 1 or parts > 1)
     named = cut_logs(_load(logs, source), parts)
     drawn = _draw(named, settings)

@@ -105,6 +105,9 @@ def merge(
     ] = None,
     unknown: Unknown = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only the record, on standard output.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the options and quit; the maps need not exist yet.")
+    ] = False,
 ) -> int:
     """Find the transforms between maps, and merge each group of connected maps into one map.
 
@@ -120,6 +123,8 @@ def merge(
         priors=parse_priors(prior or ()),
     )
     settings = with_assignments(MergeTree(settings), "--set", changes or ()).merge
+    if dry_run:
+        return ALL_MERGED
     if debug is not None:
         refuse_debug(debug, settings, maps)
     inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)

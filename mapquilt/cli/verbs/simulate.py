@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -33,6 +34,7 @@ from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName
 from mapquilt.cli.tables import count_of_maps, print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
+from mapquilt.runs.folder import spare_inputs
 from mapquilt.runs.open_world import open_world
 from mapquilt.runs.sample import Sample
 from mapquilt.runs.stages import simulate_run
@@ -76,6 +78,7 @@ def simulate(
 
     Example: mapquilt simulate office --robots 3 --out runs/office
     """
+    spare_inputs(out, [Path(world), *(replay or ()), *([] if robots_file is None else [robots_file])])
     opened, warnings = open_world(world, seed, width, height, plan_resolution)
     warn(warnings)
     carried = lidar_at_rate(lidar, rate)

@@ -246,12 +246,36 @@ def test_a_foreign_folder_is_never_replaced(capsys, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_a_run_is_replaced_whole(fresh_run):
+def test_a_run_is_replaced_whole(fresh_run, merged_run):
     (fresh_run / "note.txt").touch()
-    assert command("sense", fresh_run, "--noise", 2, "--out", fresh_run) == 0
+    assert command("sense", merged_run, "--noise", 2, "--out", fresh_run) == 0
     assert not (fresh_run / "note.txt").exists()
     assert not (fresh_run / "merge.json").exists()
     assert [path for path in fresh_run.parent.iterdir() if path != fresh_run] == []
+
+
+def test_a_folder_that_holds_an_input_is_never_replaced(capsys, fresh_run, tmp_path):
+    before = hashes(fresh_run)
+    (tmp_path / "link").symlink_to(fresh_run)
+    log, world = fresh_run / "robot_0/log.npz", fresh_run / "mission/world.json"
+    for arguments, named in (
+        (("sense", fresh_run, "--out", fresh_run), fresh_run),
+        (("sense", fresh_run, "--out", tmp_path / "link"), fresh_run),
+        (("simulate", world, "--out", fresh_run), world),
+        (("simulate", "office", "--replay", log, "--out", fresh_run), log),
+        (("map", log, "--out", fresh_run), log),
+        (("map", log, "--odometry", fresh_run / "o.tum", "--out", fresh_run), log),
+        (("benchmark", "--pairs", fresh_run / "pairs.json", "--out", fresh_run), fresh_run / "pairs.json"),
+        (("calibrate", "--dataset", fresh_run / "data", "--out", fresh_run), fresh_run / "data"),
+    ):
+        assert f"would replace the input {named}" in refused(capsys, *arguments), arguments
+    assert hashes(fresh_run) == before
+
+
+def test_a_dry_run_checks_options_alone(capsys, tmp_path):
+    assert command("merge", tmp_path / "gone", "--method", "orb", "--dry-run") == 0
+    assert "typo" in refused(capsys, "merge", tmp_path / "gone", "--method", "typo", "--dry-run")
+    assert "--scale wide" in refused(capsys, "merge", tmp_path / "gone", "--scale", "wide", "--dry-run")
 
 
 def test_two_copies_of_one_map_merge(capsys, two_maps, tmp_path):
@@ -387,7 +411,7 @@ def read_to(terminal, sign=None):
 
 
 @pytest.mark.parametrize(("sign", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
-def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, sign, status):
+def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, merged_run, sign, status):
     before = hashes(fresh_run)
     arguments = ["simulate", "office", "--robots", "2", "--duration", "3600", "--seed", "9", "--out", str(fresh_run)]
     terminal, errors = os.openpty()
@@ -404,7 +428,7 @@ def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_r
     os.close(terminal)
     assert process.wait() == status
     assert hashes(fresh_run) == before
-    assert command("sense", fresh_run, "--out", fresh_run) == 0
+    assert command("sense", merged_run, "--out", fresh_run) == 0
 
 
 def test_an_interrupt_that_numba_reports_as_an_error_of_its_own_is_an_interrupt(capsys, monkeypatch, merged_run):
