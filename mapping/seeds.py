@@ -37,6 +37,7 @@ class Role(IntEnum):
     RAMPS = 24
     WHEEL_SLIP = 25
     SCAN_DELAY = 26
+    PARTICLE_FILTER = 27
 
 
 def check_seed(seed: int) -> None:

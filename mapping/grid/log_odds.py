@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,20 +151,26 @@ class LogOddsMapper:
         return OccupancyGrid(GridFrame(self.resolution, origin, (log_odds.shape[0], log_odds.shape[1])), log_odds)
 
     def _log_odds(self, window: tuple[slice, slice]) -> NDArray[np.float32]:
-        seen = self._last_scan[window] > 0
-        log_odds = self._total[window].copy()
         if isinstance(self.model, CountingModel):
-            visits = self._visits[window]
-            seen &= visits >= self.model.min_visits
-            with np.errstate(divide="ignore"):
-                share = log_odds / np.maximum(visits, 1)
-                log_odds = (np.log(share) - np.log1p(-share)).astype(np.float32) - np.float32(
-                    logit(self.model.threshold)
-                )
-            log_odds = np.clip(log_odds, -COUNTING_LIMIT, COUNTING_LIMIT)
-        log_odds[~seen] = 0.0
-        log_odds[seen & (log_odds == 0.0)] = SMALLEST_MISS
+            return counting_log_odds(self._total[window], self._visits[window], self.model)
+        log_odds = self._total[window].copy()
+        log_odds[(self._last_scan[window] > 0) & (log_odds == 0.0)] = SMALLEST_MISS
         return log_odds
+
+
+def counting_log_odds(hits: NDArray[Any], visits: NDArray[Any], model: CountingModel) -> NDArray[np.float32]:
+    """Return the log-odds (rows, cols) of the share of hits among visits, less those of the model's threshold.
+
+    Cells with fewer than ``min_visits`` are unknown, 0.
+    """
+    share = hits.astype(np.float64) / np.maximum(visits, 1)
+    with np.errstate(divide="ignore"):
+        evidence = (np.log(share) - np.log1p(-share)).astype(np.float32) - np.float32(logit(model.threshold))
+    log_odds: NDArray[np.float32] = np.clip(evidence, -COUNTING_LIMIT, COUNTING_LIMIT)
+    seen = visits >= model.min_visits
+    log_odds[~seen] = 0.0
+    log_odds[seen & (log_odds == 0.0)] = SMALLEST_MISS
+    return log_odds
 
 
 def map_log(
