@@ -18,6 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.dataset import bench_dataset
+from benchmarks.particle import bench_particle_filter
 from benchmarks.simulation import bench_simulation
 from benchmarks.thesis import bench_thesis
 from mapping.geometry.se2 import SE2
@@ -53,6 +54,7 @@ def main(arguments: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         mission = bench_main_job(Path(folder) / "run")
     bench_mapping(mission)
+    bench_particle_filter(mission)
     bench_simulation()
     bench_thesis()
     bench_dataset()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
+
+from mapping.validation import require_valid
 
 Proposal = Literal["maximum", "gaussian"]
 PROPOSALS: tuple[Proposal, ...] = get_args(Proposal)
@@ -28,7 +29,7 @@ class MotionNoise:
     translation_from_rotation: float = 0.02
 
     def __post_init__(self) -> None:
-        _require(self, 0.0, "at least 0")
+        require_valid(self, not_negative=tuple(each.name for each in fields(self)))
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,7 @@ class MatchSettings:
     halvings: int = 5
 
     def __post_init__(self) -> None:
-        _require(self, math.ulp(0.0), "positive")
-        if not self.least_hits < 1.0:
-            raise ValueError(f"MatchSettings: least_hits is {self.least_hits}, must be below 1")
+        require_valid(self, shares=("least_hits",))
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ class GaussianSettings:
     least_turn: float = 0.001
 
     def __post_init__(self) -> None:
-        _require(self, math.ulp(0.0), "positive")
+        require_valid(self)
 
 
 @dataclass(frozen=True)
@@ -108,16 +107,6 @@ class ParticleSettings:
     gaussian: GaussianSettings = field(default_factory=GaussianSettings)
 
     def __post_init__(self) -> None:
-        _require(self, math.ulp(0.0), "positive")
+        require_valid(self, shares=("resample_below",))
         if self.proposal not in PROPOSALS:
             raise ValueError(f"ParticleSettings: proposal is {self.proposal!r}, must be one of {', '.join(PROPOSALS)}")
-        if not self.resample_below <= 1.0:
-            raise ValueError(f"ParticleSettings: resample_below is {self.resample_below}, must be at most 1")
-
-
-def _require(settings: Any, least: float, allowed: str) -> None:
-    """Raise ``ValueError`` if a number of the settings is below ``least`` or not finite."""
-    for each in fields(settings):
-        value = getattr(settings, each.name)
-        if isinstance(value, int | float) and not least <= value < math.inf:
-            raise ValueError(f"{type(settings).__name__}: {each.name} is {value}, must be {allowed} and finite")

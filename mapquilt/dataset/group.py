@@ -120,10 +120,10 @@ def _settings_record(sample: SamplePlan) -> dict[str, Any]:
     settings = sample.settings
     return {
         "noise": settings.sensing.noise,
-        "poses": settings.mapping.poses,
+        "poses": settings.mapping.pose_source,
         "frame_perturbation": dataclasses.asdict(settings.perturbation),
         "resolution": settings.mapping.resolution,
-        "model": settings.mapping.sensor_model,
+        "model": settings.mapping.cell_model,
         "clear_range": settings.mapping.clear_range,
         "parts": settings.parts,
         "components": settings.sensing.components,

@@ -11,8 +11,10 @@ import numpy as np
 from mapping.grid.log_odds import map_log
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.sensor_model import sensor_model
+from mapping.particle.filter import particle_filter
 from mapping.robot.recorded_log import RecordedLog
-from mapping.settings import MappingSettings
+from mapping.seeds import Role, derived_seed
+from mapping.settings import PARTICLE, MappingSettings
 from mapping.slam.front_end import FRONT_ENDS, without_graph
 from mapping.slam.result import SlamResult
 from mapping.slam.settings import TRUE_POSES
@@ -24,6 +26,9 @@ from mapquilt.settings import check_parts
 
 REFERENCE = "reference"
 """The name of a log's reference poses on the command line; ``TRUE_POSES`` in the settings of mapping."""
+
+LOG_SEED = 0
+"""Seed of the maps of logs; their records state it as ``sample_seed``."""
 
 LOG_POSES = (*FRONT_ENDS, REFERENCE)
 """Values of ``--poses`` for a log."""
@@ -42,8 +47,8 @@ class LogMap:
 
     @property
     def poses(self) -> str:
-        """The name of the poses, as ``--poses`` gives it."""
-        return REFERENCE if self.settings.poses == TRUE_POSES else self.settings.poses
+        """The name of the poses, as ``--poses`` gives it, or the mapper that estimated them."""
+        return REFERENCE if self.settings.poses == TRUE_POSES else self.settings.pose_source
 
     @property
     def error(self) -> AbsoluteError | None:
@@ -73,21 +78,42 @@ def cut_logs(logs: tuple[NamedLog, ...], parts: int) -> tuple[NamedLog, ...]:
     return tuple(cut)
 
 
-def draw_log(log: NamedLog, settings: MappingSettings, on_scan: Callable[[int], None] = lambda _: None) -> LogMap:
+def draw_log(
+    log: NamedLog, settings: MappingSettings, on_scan: Callable[[int], None] = lambda _: None, index: int = 0
+) -> LogMap:
     """Estimate the poses of a log and draw its map.
 
-    ``on_scan`` gets the number of scans done. Raises ``ValueError`` naming the log if it lacks the poses that the
-    settings ask for, or no beam measured anything.
+    ``on_scan`` gets the number of scans done; ``index`` counts the maps of a run, for their random numbers. Raises
+    ``ValueError`` naming the log if it lacks the poses that the settings ask for, or no beam measured anything.
     """
     recorded = replace(log.recorded, log=replace(log.recorded.log, robot=log.name))
     try:
-        result = _estimate(recorded, settings, on_scan)
-        model = sensor_model(settings.sensor_model)
-        grid = map_log(recorded.log, result.trajectory, settings.resolution, model, settings.clear_range)
+        if settings.mapper == PARTICLE:
+            result, grid = _filter(recorded, settings, on_scan, index)
+        else:
+            result = _estimate(recorded, settings, on_scan)
+            model = sensor_model(settings.sensor_model)
+            grid = map_log(recorded.log, result.trajectory, settings.resolution, model, settings.clear_range)
     except ValueError as error:
         raise ValueError(f"{log.path}: {error}") from None
     on_scan(len(recorded.log.scans))
     return LogMap(log.name, log.path, recorded, settings, result, grid)
+
+
+def _filter(
+    recorded: RecordedLog, settings: MappingSettings, on_scan: Callable[[int], None], index: int
+) -> tuple[SlamResult, OccupancyGrid]:
+    if not recorded.has_odometry:
+        raise ValueError(f"has no odometry, which --mapper {PARTICLE} needs; give one by --odometry")
+    filtered = particle_filter(
+        recorded.log,
+        settings.particle,
+        derived_seed(LOG_SEED, Role.PARTICLE_FILTER, index),
+        on_scan,
+        resolution=settings.resolution,
+        clear_range=settings.clear_range,
+    )
+    return SlamResult(filtered.trajectory, np.empty(0, np.int64), (), filtered.timings), filtered.grid
 
 
 def _estimate(recorded: RecordedLog, settings: MappingSettings, on_scan: Callable[[int], None]) -> SlamResult:

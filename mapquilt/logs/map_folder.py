@@ -13,7 +13,7 @@ from mapping.io.robot_log_file import save_robot_log
 from mapping.io.tum import save_tum
 from mapping.slam.g2o import g2o_text
 from mapquilt.json_file import write_record
-from mapquilt.logs.log_map import LogMap
+from mapquilt.logs.log_map import LOG_SEED, LogMap
 from mapquilt.logs.map_record import MAP_RECORD, save_map_record
 from mapquilt.logs.reference_truth import ReferenceTruth, reference_truth, share_a_reference
 from mapquilt.runs import folder as run_folder
@@ -144,12 +144,12 @@ def _run_record(maps: Sequence[LogMap], parts: int, truth: ReferenceTruth | None
         "lidars": [],
         "noise": None,
         "noise_components": {},
-        "poses": settings.poses,
+        "poses": settings.pose_source,
         "frame_perturbation": {"scale": [1.0, 1.0], "max_yaw": 0.0, "max_offset": 0.0},
         "resolution_m": settings.resolution,
-        "sensor_model": settings.sensor_model,
+        "sensor_model": settings.cell_model,
         "clear_range_m": settings.clear_range,
-        "sample_seed": 0,
+        "sample_seed": LOG_SEED,
         "parts": parts,
     }
 

@@ -46,7 +46,7 @@ def map_record(drawn: LogMap) -> dict[str, Any]:
         "path_m": result.trajectory.distance(),
         "poses": drawn.poses,
         "resolution_m": settings.resolution,
-        "sensor_model": settings.sensor_model,
+        "sensor_model": settings.cell_model,
         "clear_range_m": settings.clear_range,
         "settings": _plain(changed_leaves(settings, MappingSettings(settings.poses))),
         "keyframes": result.keyframes.tolist(),

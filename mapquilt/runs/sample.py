@@ -18,9 +18,11 @@ from mapping.ground_truth.truth import (
     pair_truth,
 )
 from mapping.map_set import MapSet
+from mapping.particle.filter import particle_filter
 from mapping.robot.robot_log import RobotLog, RobotTruth
 from mapping.robot.trajectory import Trajectory
-from mapping.settings import MappingSettings
+from mapping.seeds import Role, derived_seed
+from mapping.settings import PARTICLE, MappingSettings
 from mapping.slam.front_end import FRONT_ENDS
 from mapping.slam.settings import TRUE_POSES
 from mapquilt.runs.true_footprints import ObservedSlices, TrueFootprints, TrueMap, true_footprints
@@ -83,8 +85,8 @@ def make_sample(
     ]
     perturbations = draw_frame_perturbations(settings.seed, len(places.maps), settings.perturbation)
     made = []
-    for place, start_from_map in zip(places.maps, perturbations, strict=True):
-        made.append(_make_map(sensed[place.robot], place, settings, start_from_map))
+    for index, (place, start_from_map) in enumerate(zip(places.maps, perturbations, strict=True)):
+        made.append(_make_map(sensed[place.robot], place, settings, start_from_map, index))
         on_step()
     names = places.names
     return Sample(
@@ -106,11 +108,11 @@ def lidar_names(mission: Mission) -> tuple[str, ...]:
     return tuple(robot.lidar.model for robot in mission.settings.robots)
 
 
-def _make_map(sensed: SensedLog, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2) -> _MapSample:
+def _make_map(
+    sensed: SensedLog, place: TrueMap, settings: SampleSettings, start_from_map: Similarity2, index: int
+) -> _MapSample:
     log, truth = replace(sensed.log.part(place.start, place.stop), robot=place.name), place.truth
-    mapping = settings.mapping
-    poses = _poses(log, truth, mapping)
-    drawn = map_log(log, poses, mapping.resolution, sensor_model(mapping.sensor_model), mapping.clear_range)
+    poses, drawn = _draw(log, truth, settings, index)
     seen = beam_endpoints(log, truth, poses, sensed.outliers[place.start : place.stop])
     return _MapSample(
         log=log,
@@ -119,6 +121,19 @@ def _make_map(sensed: SensedLog, place: TrueMap, settings: SampleSettings, start
         seen=seen,
         truth=map_truth(seen, truth.trajectory.pose(0), start_from_map),
     )
+
+
+def _draw(log: RobotLog, truth: RobotTruth, settings: SampleSettings, index: int) -> tuple[Trajectory, OccupancyGrid]:
+    """Map a log; ``index`` counts the maps of the sample."""
+    mapping = settings.mapping
+    if mapping.mapper == PARTICLE:
+        seed = derived_seed(settings.seed, Role.PARTICLE_FILTER, index)
+        filtered = particle_filter(
+            log, mapping.particle, seed, resolution=mapping.resolution, clear_range=mapping.clear_range
+        )
+        return filtered.trajectory, filtered.grid
+    poses = _poses(log, truth, mapping)
+    return poses, map_log(log, poses, mapping.resolution, sensor_model(mapping.sensor_model), mapping.clear_range)
 
 
 def _poses(log: RobotLog, truth: RobotTruth, settings: MappingSettings) -> Trajectory:

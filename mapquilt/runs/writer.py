@@ -51,14 +51,14 @@ def _run_record(mission: Mission, settings: SampleSettings, sample: Sample, miss
         "lidars": list(lidar_names(mission)),
         "noise": settings.sensing.noise,
         "noise_components": dict(settings.sensing.components),
-        "poses": settings.mapping.poses,
+        "poses": settings.mapping.pose_source,
         "frame_perturbation": {
             "scale": [settings.perturbation.scale_low, settings.perturbation.scale_high],
             "max_yaw": settings.perturbation.max_yaw,
             "max_offset": settings.perturbation.max_offset,
         },
         "resolution_m": settings.mapping.resolution,
-        "sensor_model": settings.mapping.sensor_model,
+        "sensor_model": settings.mapping.cell_model,
         "clear_range_m": settings.mapping.clear_range,
         "parts": settings.parts,
     }

@@ -27,6 +27,8 @@ TEXTS = {
     "mission.drive": "wheels",
     "mission.policy": "patrol",
     "mission.overlap": "0.2:0.4",
+    "mapping.mapper": "particle",
+    "mapping.particle.proposal": "gaussian",
     "mapping.poses": "truth",
     "mapping.sensor_model": "hector",
     "perturbation.scale": "0.8:1.25",

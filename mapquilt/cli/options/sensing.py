@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
-from mapping.settings import MappingSettings
+from mapping.settings import LOG_ODDS, MAPPERS, PARTICLE, MappingSettings
 from mapping.slam.settings import POSES
 from mapquilt.leaves import split_assignment, with_assignments
 from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings, max_yaw_of, parse_perturbed_scales
@@ -25,7 +25,13 @@ SetOption = Annotated[
         help="Any setting of sensing, mapping or perturbation by its dotted name: lidar.range_sigma=0.05. Repeatable.",
     ),
 ]
-PosesOption = Annotated[str, typer.Option(help=f"Poses that the robots map with: {', '.join(POSES)}.")]
+MapperOption = Annotated[
+    str, typer.Option(help=f"Mapper: {', '.join(MAPPERS)}. {PARTICLE} estimates the poses itself (gmapping).")
+]
+PosesOption = Annotated[
+    str | None,
+    typer.Option(help=f"Poses to map with: {', '.join(POSES)}; default with {LOG_ODDS}: {MappingSettings.poses}."),
+]
 ScaleOption = Annotated[
     str, typer.Option(help="Scale error of the stated resolution: hidden (0.5 to 2), honest (none), or LO:HI.")
 ]
@@ -39,7 +45,8 @@ ClearRange = Annotated[float, typer.Option(help="Range that a beam without a ret
 def sample_settings(
     *,
     noise: float,
-    poses: str,
+    mapper: str,
+    poses: str | None,
     resolution: float,
     model: str,
     clear_range: float,
@@ -57,8 +64,16 @@ def sample_settings(
             raise ValueError(f"--set {text}: must name a setting of {', '.join(SET_HERE)}")
     config = ExperimentConfig(
         sensing=SensingSettings(noise),
-        mapping=MappingSettings(poses, resolution, model, clear_range),
+        mapping=MappingSettings(poses or MappingSettings.poses, resolution, model, clear_range, mapper=mapper),
         perturbation=FramePerturbationRanges(*parse_perturbed_scales(scale), max_yaw_of(max_rotation), max_offset),
         parts=parts,
     )
-    return with_assignments(config, "--set", changes, COMBINED).sample(seed)
+    sample = with_assignments(config, "--set", changes, COMBINED).sample(seed)
+    require_no_poses(sample.mapping, poses)
+    return sample
+
+
+def require_no_poses(mapping: MappingSettings, poses: str | None) -> None:
+    """Raise ``ValueError`` if ``--poses`` was given although the mapper estimates the poses itself."""
+    if mapping.mapper == PARTICLE and poses is not None:
+        raise ValueError(f"--poses {poses}: must be left out with mapper {PARTICLE}, which estimates the poses itself")

@@ -10,11 +10,11 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from mapping.settings import MappingSettings
+from mapping.settings import LOG_ODDS, MappingSettings
 from mapping.slam.settings import TRUE_POSES
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import path
-from mapquilt.cli.options.sensing import ClearRange, Model, Resolution
+from mapquilt.cli.options.sensing import ClearRange, MapperOption, Model, Resolution, require_no_poses
 from mapquilt.cli.tables import print_table, warn
 from mapquilt.jobs.progress import count_progress
 from mapquilt.leaves import split_assignment, with_assignments
@@ -40,7 +40,10 @@ def map_logs(
         Path,
         typer.Option("--out", parser=path, help="Folder to write; older maps there are replaced. Several maps: a run."),
     ],
-    poses: Annotated[str, typer.Option(help=f"Poses to map with: {', '.join(LOG_POSES)}.")] = LOG_POSES[0],
+    mapper: MapperOption = LOG_ODDS,
+    poses: Annotated[
+        str | None, typer.Option(help=f"Poses to map with: {', '.join(LOG_POSES)}; default: {LOG_POSES[0]}.")
+    ] = None,
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
@@ -73,7 +76,7 @@ def map_logs(
 
     Example: mapquilt map floor.bag --out maps/floor
     """
-    settings = _settings(poses, resolution, model, clear_range, changes or ())
+    settings = _settings(mapper, poses, resolution, model, clear_range, changes or ())
     source = LogSource(scan_topic, odom_topic, odometry, reference, start, end, max_rate)
     if len(logs) > 1 and not (odometry is None and reference is None):
         raise ValueError(f"--odometry and --reference: must go with one log, not with {len(logs)}")
@@ -91,15 +94,20 @@ def map_logs(
     return ALL_MERGED
 
 
-def _settings(poses: str, resolution: float, model: str, clear_range: float, changes: Sequence[str]) -> MappingSettings:
-    if poses not in LOG_POSES:
+def _settings(
+    mapper: str, poses: str | None, resolution: float, model: str, clear_range: float, changes: Sequence[str]
+) -> MappingSettings:
+    if poses is not None and poses not in LOG_POSES:
         raise ValueError(f"--poses {poses}: must be one of {', '.join(LOG_POSES)}")
     for text in changes:
         name, _ = split_assignment(ExperimentConfig(), "--set", text, COMBINED)
         if name.partition(".")[0] != SET_HERE:
             raise ValueError(f"--set {text}: must name a setting of {SET_HERE}")
-    mapping = MappingSettings(TRUE_POSES if poses == REFERENCE else poses, resolution, model, clear_range)
-    return with_assignments(ExperimentConfig(mapping=mapping), "--set", changes, COMBINED).mapping
+    named = TRUE_POSES if poses == REFERENCE else poses or LOG_POSES[0]
+    mapping = MappingSettings(named, resolution, model, clear_range, mapper=mapper)
+    mapping = with_assignments(ExperimentConfig(mapping=mapping), "--set", changes, COMBINED).mapping
+    require_no_poses(mapping, poses)
+    return mapping
 
 
 def _load(paths: Sequence[Path], source: LogSource) -> tuple[NamedLog, ...]:
@@ -117,8 +125,8 @@ def _draw(logs: Sequence[NamedLog], settings: MappingSettings) -> list[LogMap]:
     total = sum(len(log.recorded.log.scans) for log in logs)
     before, drawn = 0, []
     with count_progress("mapping scans") as on_progress:
-        for log in logs:
-            drawn.append(draw_log(log, settings, lambda done, before=before: on_progress(before + done, total)))  # type: ignore[misc]
+        for index, log in enumerate(logs):
+            drawn.append(draw_log(log, settings, lambda done, before=before: on_progress(before + done, total), index))  # type: ignore[misc]
             before += len(log.recorded.log.scans)
     return drawn
 

@@ -6,10 +6,12 @@ from typing import Annotated
 
 import typer
 
+from mapping.settings import LOG_ODDS
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out, RunFolder
 from mapquilt.cli.options.sensing import (
     ClearRange,
+    MapperOption,
     MaxOffset,
     MaxRotation,
     Model,
@@ -31,7 +33,8 @@ def sense(
     noise: NoiseOption = 1.0,
     components: SetOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of noise and map frames; default: that of RUN.")] = None,
-    poses: PosesOption = "slam",
+    mapper: MapperOption = LOG_ODDS,
+    poses: PosesOption = None,
     scale: ScaleOption = "hidden",
     max_rotation: MaxRotation = 180.0,
     max_offset: MaxOffset = 10.0,
@@ -46,6 +49,7 @@ def sense(
     """
     settings = sample_settings(
         noise=noise,
+        mapper=mapper,
         poses=poses,
         resolution=resolution,
         model=model,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mapping.settings import LOG_ODDS
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out
 from mapquilt.cli.options.mission import (
@@ -20,6 +21,7 @@ from mapquilt.cli.options.mission import (
 )
 from mapquilt.cli.options.sensing import (
     ClearRange,
+    MapperOption,
     MaxOffset,
     MaxRotation,
     Model,
@@ -63,7 +65,8 @@ def simulate(
     rate: Annotated[float | None, typer.Option(help="Scan rate [Hz]; default: the lidar's own.")] = None,
     noise: NoiseOption = 1.0,
     components: SetOption = None,
-    poses: PosesOption = "slam",
+    mapper: MapperOption = LOG_ODDS,
+    poses: PosesOption = None,
     scale: ScaleOption = "hidden",
     max_rotation: MaxRotation = 180.0,
     max_offset: MaxOffset = 10.0,
@@ -101,6 +104,7 @@ def simulate(
     )
     sample = sample_settings(
         noise=noise,
+        mapper=mapper,
         poses=poses,
         resolution=resolution,
         model=model,

@@ -114,12 +114,12 @@ def test_a_log_that_saw_nothing_has_no_map() -> None:
     ("make", "words"),
     [
         (lambda: ParticleSettings(particles=0), "ParticleSettings: particles is 0, must be positive"),
-        (lambda: ParticleSettings(resample_below=1.5), "resample_below is 1.5, must be at most 1"),
+        (lambda: ParticleSettings(resample_below=1.5), "resample_below is 1.5, must lie between 0 and 1"),
         (lambda: ParticleSettings(proposal="best"), "proposal is 'best', must be one of maximum, gaussian"),  # type: ignore[arg-type]
-        (lambda: MotionNoise(rotation_from_rotation=-0.1), "MotionNoise: rotation_from_rotation is -0.1, must be at"),
-        (lambda: MatchSettings(least_hits=1.0), "least_hits is 1.0, must be below 1"),
+        (lambda: MotionNoise(rotation_from_rotation=-0.1), "MotionNoise: rotation_from_rotation is -0.1, must not be"),
+        (lambda: MatchSettings(least_hits=1.1), "least_hits is 1.1, must lie between 0 and 1"),
         (lambda: MatchSettings(deviation=0.0), "MatchSettings: deviation is 0.0, must be positive"),
-        (lambda: GaussianSettings(spacing=float("nan")), "GaussianSettings: spacing is nan, must be positive"),
+        (lambda: GaussianSettings(spacing=float("nan")), "GaussianSettings: spacing is nan, must be finite"),
     ],
 )
 def test_settings_out_of_range_are_refused(make: object, words: str) -> None:

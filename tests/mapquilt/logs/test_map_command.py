@@ -172,6 +172,8 @@ def test_poses_that_a_log_does_not_have_are_refused(tmp_path: Path, capsys: pyte
     for poses, message in (("odometry", "has no odometry"), ("reference", "has no reference poses")):
         assert command("map", path, "--poses", poses, "--out", tmp_path / "map") == 2
         assert f"{path}: {message}" in capsys.readouterr().err
+    assert command("map", path, "--mapper", "particle", "--out", tmp_path / "map") == 2
+    assert f"{path}: has no odometry, which --mapper particle needs" in capsys.readouterr().err
 
 
 def test_what_is_no_log_or_no_folder_of_maps_is_left_alone(tmp_path: Path, log: Path, capsys) -> None:  # type: ignore[no-untyped-def]
