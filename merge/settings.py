@@ -55,6 +55,10 @@ class ProposerSettings:
     icp: Icp = field(default_factory=Icp)
 
 
+PUBLISHED = " as published"
+"""Ending of the title of a method that runs as published."""
+
+
 @dataclass(frozen=True)
 class MergeSettings:
     """Settings of a merge.
@@ -121,7 +125,7 @@ class MergeSettings:
     @property
     def title(self) -> str:
         """Name of the method in records and tables."""
-        return f"{self.method} as published" if self.as_published else self.method
+        return f"{self.method}{PUBLISHED}" if self.as_published else self.method
 
 
 def _unpickled(method: Method | None, values: Mapping[str, Any]) -> MergeSettings:

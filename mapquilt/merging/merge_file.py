@@ -44,6 +44,7 @@ def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result
         "fusion": settings.fusion,
         "confidence_calibrated": result.confidence_calibrated,
         "reference": result.reference,
+        "reference_requested": settings.reference is not None,
         "maps": [_map_record(inputs, index, result) for index in range(len(maps))],
         "groups": [_group_record(group, index) for index, group in enumerate(result.groups)],
         "pairs": [_pair_record(pair) for pair in result.pairs],
@@ -54,7 +55,7 @@ def settings_record(settings: MergeSettings, scale: ScaleRange, seed: int) -> di
     """Build the record of everything that the results of pairs depend on, apart from their maps."""
     return {
         "method": settings.title,
-        "scale": _scale_text(scale),
+        "scale": scale_text(scale),
         "seed": seed,
         "min_confidence": settings.acceptance.min_confidence,
         "priors": [dataclasses.asdict(prior) for prior in settings.priors],
@@ -92,7 +93,8 @@ def has_files(group: MergedGroup, index: int) -> bool:
     return index == 0 or len(group.reference_from_map) > 1
 
 
-def _scale_text(scale: ScaleRange) -> str:
+def scale_text(scale: ScaleRange) -> str:
+    """Write a range of scales as ``--scale`` reads it."""
     return "known" if scale == ScaleRange.known() else f"{scale.low:g}:{scale.high:g}"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mapping.io.atomic import write_files_atomically
@@ -92,16 +92,20 @@ def merge_run(
     inputs: MergeInputs | None = None,
     runner: Runner | None = None,
     answers: Mapping[tuple[str, str], PairResult] | None = None,
+    may_write: Callable[[MergeResult], bool] = lambda _: True,
 ) -> MergeResult:
     """Merge a run's maps, from the map files alone, and write all files of the merge into the run, or none.
 
-    ``inputs`` replace the run's own maps; ``answers`` are pairs that are known already. The score of an older merge is
-    deleted. Raises ``ValueError`` if another run has replaced the folder meanwhile.
+    ``inputs`` replace the run's own maps; ``answers`` are pairs that are known already. Nothing is written unless
+    ``may_write`` says so of the result. The score of an older merge is deleted. Raises ``ValueError`` if another run
+    has replaced the folder meanwhile.
     """
     made_by = (run_folder.require_run(run) / run_folder.RUN_FILE).read_bytes()
     inputs, timings = inputs or run_inputs(run), run_folder.read_timings(run)
     start = time.perf_counter()
     result = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers)
+    if not may_write(result):
+        return result
     merged = time.perf_counter() - start
     files = merge_files(run, inputs, settings, seed, result)
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}

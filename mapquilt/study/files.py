@@ -17,6 +17,7 @@ from mapquilt.study.paired import PairedTest
 from mapquilt.study.plan import Method, MissionTask, StudyPlan, plan_study
 from mapquilt.study.records import MAPS_FOLDER, Failure, MissionTrials, TeamTrial
 from mapquilt.study.results import Cell, Mean, StudyResults, build_results
+from merge.settings import PUBLISHED
 
 SCHEMA = "mapquilt-study/2"
 PLAN_FILE, TRIALS_FILE = "plan.json", ".trials.jsonl"
@@ -24,7 +25,6 @@ STUDY_FILE, RESULTS_FILE, PAIRS_FILE, TESTS_FILE = "study.json", "results.csv", 
 TIMINGS_FILE, TIMES_FILE = "timings.json", "timings.csv"
 ERRORS = ("rotation_deg", "scale_percent", "displacement_m", "displacement_of_diagonal")
 MEANS = ("iou_free", "f1_walls", "joined")
-PUBLISHED = " as published"
 
 
 def plan_from_record(record: dict[str, Any]) -> StudyPlan:

@@ -12,6 +12,7 @@ from mapquilt.cli.options.workers import chosen_workers
 from mapquilt.jobs.runner import Workers
 from merge.fusion import FUSIONS
 from merge.records.prior import SIGMA, Prior
+from merge.settings import MergeSettings
 
 SERIAL_MAPS = 6
 """Up to this many maps, starting workers takes longer than it saves."""
@@ -23,7 +24,12 @@ ReferenceOption = Annotated[
     str | None,
     typer.Option("--reference", metavar="NAME", help="Map whose frame the answer is in; default: the largest."),
 ]
-FusionOption = Annotated[str, typer.Option(help=f"Rule for cells that several maps observed: {', '.join(FUSIONS)}.")]
+FusionOption = Annotated[
+    str | None,
+    typer.Option(
+        help=f"Rule for cells that several maps observed: {', '.join(FUSIONS)}.", show_default=MergeSettings.fusion
+    ),
+]
 PriorOption = Annotated[
     list[str] | None,
     typer.Option(

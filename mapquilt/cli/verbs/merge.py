@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,16 +28,16 @@ from mapquilt.jobs.runner import remote_runner
 from mapquilt.leaves import with_assignments
 from mapquilt.logs.log_files import is_bag
 from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
-from mapquilt.merging.merge_again import answers_before
+from mapquilt.merging.merge_again import answers_before, settings_before, unmerged
 from mapquilt.merging.merge_file import MergeTree, merge_record
 from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
-from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, run_inputs
+from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, read_merge, run_inputs
 from mapquilt.merging.path_inputs import path_inputs
 from mapquilt.runs import folder as run_folder
 from merge.fusion import FUSIONS, FusionName
 from merge.merger import merge_maps
 from merge.methods import method_names, published_names
-from merge.records.result import PairResult
+from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 from merge.verification.settings import AcceptanceSettings
 
@@ -47,10 +50,16 @@ def merge(
             help="A run folder, or maps: map_server YAML, PGM or PNG, or logs of robots to map first.",
         ),
     ],
-    method: Annotated[str, typer.Option(help=f"Merging method: {', '.join(method_names())}.")] = "quilt",
+    method: Annotated[
+        str | None, typer.Option(help=f"Merging method: {', '.join(method_names())}.", show_default="quilt")
+    ] = None,
     scale: Annotated[
-        str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
-    ] = "auto",
+        str | None,
+        typer.Option(
+            help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.",
+            show_default="auto",
+        ),
+    ] = None,
     as_published: Annotated[
         bool,
         typer.Option(
@@ -68,7 +77,7 @@ def merge(
         bool, typer.Option("--alternatives", help="Also list the best other placements of each pair.")
     ] = False,
     reference: ReferenceOption = None,
-    fusion: FusionOption = "log_odds",
+    fusion: FusionOption = None,
     prior: PriorOption = None,
     add: Annotated[
         list[Path] | None,
@@ -76,9 +85,12 @@ def merge(
             "--add",
             metavar="MAP",
             help="Add this map to the merge in RUN (or in an older --out) without matching the "
-            "others again. It replaces a map of the same name. Repeatable.",
+            "others again. It replaces a map of the same name. Settings stay those of that merge. Repeatable.",
         ),
     ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="With --add: write the merge even if it joins fewer maps than before.")
+    ] = False,
     changes: Annotated[
         list[str] | None,
         typer.Option(
@@ -92,7 +104,7 @@ def merge(
         typer.Option(min=1, help="Number of processes; default: one per core for more than 6 maps, otherwise one."),
     ] = None,
     scheduler: SchedulerOption = None,
-    seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
+    seed: Annotated[int | None, typer.Option(help="Seed of the method's random samples.", show_default="0")] = None,
     out: Annotated[
         Path | None,
         typer.Option(parser=path, help="New folder, or one of an older merge, for the result; a run stores it itself."),
@@ -113,66 +125,117 @@ def merge(
 
     Exit status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
     """
-    settings = MergeSettings(
-        method=method,
-        scale=ScaleRange.parse(scale),
-        as_published=as_published,
-        acceptance=_acceptance(min_confidence, as_published),
-        reference=reference,
-        fusion=_fusion(fusion),
-        priors=parse_priors(prior or ()),
-    )
-    settings = with_assignments(MergeTree(settings), "--set", changes or ()).merge
+    chosen = _Chosen(method, scale, as_published, min_confidence, reference, fusion, prior or (), changes or ())
+    settings = chosen.over(MergeSettings())
     if dry_run:
         return ALL_MERGED
+    before: dict[str, Any] | None = None
+    answers: dict[tuple[str, str], PairResult] = {}
+    if add:
+        folder: Path | None = _folder_to_extend(maps, add[0], out)
+        before, inputs = read_merge(maps[0]), added_inputs(maps[0], add, unknown)
+        settings = chosen.over(settings_before(before, inputs.maps.resolutions_trusted))
+        seed = before["seed"] if seed is None else seed
+        answers = answers_before(maps[0], inputs.maps, settings, seed)
+    else:
+        inputs, folder = _merge_inputs(maps, out, unknown)
+    seed = seed or 0
     if debug is not None:
         refuse_debug(debug, settings, maps)
-    inputs, folder, answers = _merge_inputs(maps, add or [], out, unknown, settings, seed)
     warn(inputs.warnings)
+
+    def may_write(result: MergeResult) -> bool:
+        return force or before is None or not unmerged(before, result)
+
     with (
         remote_runner(pair_workers(len(inputs.maps), workers, scheduler)) as runner,
         count_progress("merging pairs") as on_progress,
     ):
         if folder is not None and run_folder.is_run(folder):
-            result = merge_run(folder, settings, seed, on_progress, inputs, runner, answers)
+            result = merge_run(folder, settings, seed, on_progress, inputs, runner, answers, may_write)
         else:
             result = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers)
-            if folder is not None:
+            if folder is not None and may_write(result):
                 write_merge(folder, inputs, settings, seed, result)
-    if method == METHOD:
+    if settings.method == METHOD:
         warn(show_steps(inputs.maps, settings, debug))
     if as_json:
         typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
     else:
         print_table(merge_table(inputs.maps, result, alternatives))
     warn(doubled_walls(result))
+    if before is not None and before["reference"] != result.reference:
+        warn(
+            (f"the frame of the answer is now that of {result.reference}, and no longer that of {before['reference']}",)
+        )
     for name, reason in result.left_out.items():
         typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
+    if before is not None and not may_write(result):
+        first, second = unmerged(before, result)[0]
+        typer.echo(
+            f"mapquilt: {folder}: was not changed, because {first} and {second} are merged there and no longer would "
+            "be; --force writes the new merge",
+            err=True,
+        )
+        return SOME_REFUSED
     return SOME_REFUSED if result.left_out else ALL_MERGED
 
 
-def _merge_inputs(
-    maps: list[Path], add: list[Path], out: Path | None, unknown: int | None, settings: MergeSettings, seed: int
-) -> tuple[MergeInputs, Path | None, dict[tuple[str, str], PairResult]]:
-    """Return the maps to merge, the folder of the answer, and the known answers of pairs."""
-    if add:
-        if len(maps) != 1 or not maps[0].is_dir():
-            raise ValueError(f"--add {add[0]}: must follow one folder: a run, or an older merge")
-        if out is not None:
-            raise ValueError(f"--out {out}: not allowed with --add, which writes into the folder of the merge")
-        inputs = added_inputs(maps[0], add, unknown)
-        return inputs, maps[0], answers_before(maps[0], inputs.maps, settings, seed)
+@dataclass(frozen=True)
+class _Chosen:
+    """Options of the call that change settings; None leaves a setting as it is."""
+
+    method: str | None
+    scale: str | None
+    as_published: bool
+    min_confidence: float | None
+    reference: str | None
+    fusion: str | None
+    priors: Sequence[str]
+    changes: Sequence[str]
+
+    def over(self, settings: MergeSettings) -> MergeSettings:
+        """Return the settings with those of this call. Raises ``ValueError`` that names the option."""
+        given: dict[str, Any] = {}
+        if self.method is not None or self.as_published:
+            given |= {"method": self.method or settings.method, "as_published": self.as_published}
+        if self.scale is not None:
+            given["scale"] = ScaleRange.parse(self.scale)
+        if self.min_confidence is not None:
+            given["acceptance"] = _acceptance(settings.acceptance, self.min_confidence, self.as_published)
+        if self.reference is not None:
+            given["reference"] = self.reference
+        if self.fusion is not None:
+            given["fusion"] = _fusion(self.fusion)
+        if self.priors:
+            new = parse_priors(self.priors)
+            named = {prior.name for prior in new}
+            given["priors"] = (*(prior for prior in settings.priors if prior.name not in named), *new)
+        changed = dataclasses.replace(settings, **given)
+        return with_assignments(MergeTree(changed), "--set", self.changes).merge
+
+
+def _folder_to_extend(maps: list[Path], added: Path, out: Path | None) -> Path:
+    if len(maps) != 1 or not maps[0].is_dir():
+        raise ValueError(f"--add {added}: must follow one folder: a run, or an older merge")
+    if out is not None:
+        raise ValueError(f"--out {out}: not allowed with --add, which writes into the folder of the merge")
+    return maps[0]
+
+
+def _merge_inputs(maps: list[Path], out: Path | None, unknown: int | None) -> tuple[MergeInputs, Path | None]:
+    """Return the maps to merge, and the folder of the answer."""
     if len(maps) == 1 and maps[0].is_dir() and not is_bag(maps[0]):
         if out is not None:
             raise ValueError(f"--out {out}: not allowed for a run, which stores its merge in its own folder")
         if unknown is not None:
             raise ValueError("--unknown: applies to map files only, not to a run")
-        return run_inputs(maps[0]), maps[0], {}
+        return run_inputs(maps[0]), maps[0]
     with count_progress("mapping logs") as on_progress:
         inputs = path_inputs(maps, unknown, on_progress)
     if out is not None:
         refuse_merge(out, maps)
-    return inputs, out, {}
+    return inputs, out
 
 
 def _fusion(name: str) -> FusionName:
@@ -182,9 +245,7 @@ def _fusion(name: str) -> FusionName:
     raise ValueError(f"--fusion {name}: must be one of {', '.join(FUSIONS)}")
 
 
-def _acceptance(min_confidence: float | None, as_published: bool) -> AcceptanceSettings:
-    if min_confidence is None:
-        return AcceptanceSettings()
+def _acceptance(settings: AcceptanceSettings, min_confidence: float, as_published: bool) -> AcceptanceSettings:
     if as_published:
         raise ValueError(f"--min-confidence {min_confidence:g}: not allowed with --as-published")
-    return AcceptanceSettings(min_confidence=min_confidence)
+    return dataclasses.replace(settings, min_confidence=min_confidence)

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
+from mapping.map_set import MapSet
 from mapquilt.json_file import OLD_EVIDENCE, read_record
+from mapquilt.leaves import with_assignments
+from mapquilt.merging.merge_again import settings_before
+from mapquilt.merging.merge_file import MergeTree, merge_record
+from mapquilt.merging.merge_inputs import MergeInputs
 from mapquilt.merging.transforms_file import transforms_text
+from merge.records.prior import Prior
+from merge.records.result import MergedGroup, MergeResult
+from merge.settings import MergeSettings
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import office_map, refused
 from tests.merge.test_merger import team
@@ -44,7 +56,7 @@ def test_adding_a_map_equals_merging_all_and_matches_only_new_pairs(
 ) -> None:
     matched = []
     whole = tmp_path / "whole"
-    assert command("merge", *maps_of_three, "--out", whole) == 0
+    assert command("merge", *maps_of_three, "--reference", record(merged_two)["reference"], "--out", whole) == 0
 
     from merge import merger as module
 
@@ -69,6 +81,84 @@ def test_adding_a_map_equals_merging_all_and_matches_only_new_pairs(
     assert command("merge", merged_two, "--add", grown) == 0
     assert sorted(matched) == [("a", "c"), ("b", "c")]
     assert [entry["name"] for entry in record(merged_two)["maps"]] == ["a", "b", "c"]
+
+
+@pytest.fixture
+def two(maps_of_three: list[Path], tmp_path: Path) -> Path:
+    """A merge of two maps with settings of its own, to be extended."""
+    options = ("--method", "orb", "--scale", "0.9:1.1", "--fusion", "max", "--reference", "b", "--seed", 3)
+    more = ("--min-confidence", 0.5, "--prior", "a:0,0,-0.5,50", "--set", "acceptance.min_overlap=0.05")
+    assert command("merge", *maps_of_three[:2], *options, *more, "--out", tmp_path / "two") == 0
+    return tmp_path / "two"
+
+
+KEPT = ("method", "scale", "seed", "min_confidence", "fusion", "reference", "reference_requested", "priors", "settings")
+
+
+def test_adding_a_map_keeps_every_recorded_setting(two: Path, maps_of_three: list[Path]) -> None:
+    before = record(two)
+    assert before["settings"] == {"merge.acceptance.min_overlap": 0.05}
+    assert command("merge", two, "--add", maps_of_three[2]) in (0, 1)
+    assert {name: record(two)[name] for name in KEPT} == {name: before[name] for name in KEPT}
+
+
+def test_a_setting_said_anew_replaces_the_recorded_one(two: Path, maps_of_three: list[Path], capsys) -> None:
+    options = ("--fusion", "least_entropy", "--reference", "a", "--seed", 4, "--method", "quilt")
+    more = ("--prior", "b:0,0,0.0,60", "--set", "acceptance.min_overlap=0.06")
+    before = record(two)
+    assert command("merge", two, "--add", maps_of_three[2], *options, *more) in (0, 1)
+    after = record(two)
+    assert [after[name] for name in ("fusion", "reference", "seed", "method")] == ["least_entropy", "a", 4, "quilt"]
+    assert {prior["name"]: prior["sigma"] for prior in after["priors"]} == {"a": 50.0, "b": 60.0}
+    assert after["settings"] == {"merge.acceptance.min_overlap": 0.06}
+    assert (after["scale"], after["min_confidence"]) == (before["scale"], before["min_confidence"])
+    assert "the frame of the answer is now that of a, and no longer that of b" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        MergeSettings(),
+        MergeSettings(method="sift", as_published=True, scale=ScaleRange(0.8, 1.25), reference="a"),
+        MergeSettings(priors=(Prior("a", 1.0, 2.0, 3.0), Prior("b", 0.0, 0.0, 0.0, 2.0)), fusion="max"),
+        with_assignments(
+            MergeTree(),
+            "--set",
+            (
+                "uncertainty.max_points=99",
+                "alignment.overlap.tolerance_shares=0.02:0.01",
+                "acceptance.min_confidence=0.7",
+            ),
+        ).merge,
+    ],
+)
+def test_recorded_settings_are_read_back(settings: MergeSettings) -> None:
+    grid = office_map()
+    maps = MapSet(("a", "b"), (grid, grid), ("m", "m"))
+    inputs = MergeInputs(maps, ("a.yaml", "b.yaml"), (None, None))
+    empty = OccupancyGrid(grid.frame, np.zeros(grid.frame.shape))
+    result = MergeResult(maps.names, (), (MergedGroup("a", {"a": Similarity2()}, grid, empty),))
+    written = json.loads(json.dumps(merge_record(inputs, settings, 0, result)))
+    kept = "a" if settings.reference or not settings.priors or "a" in {p.name for p in settings.priors} else None
+    assert settings_before(written, True) == dataclasses.replace(settings, reference=kept)
+
+
+def test_a_merge_that_joins_less_is_only_written_by_force(
+    merged_two: Path, maps_of_three: list[Path], tmp_path: Path, capsys
+) -> None:
+    """Map b grows to one that shows nothing: it no longer joins a."""
+    out = tmp_path / "out"
+    shutil.copytree(merged_two, out)
+    before, grid = hashes(out), load_map(maps_of_three[1]).grid
+    save_map(OccupancyGrid(grid.frame, np.where(grid.known, np.float32(-1.0), grid.log_odds)), tmp_path / "b")
+    capsys.readouterr()
+    assert command("merge", out, "--add", tmp_path / "b.yaml") == 1
+    assert f"{out}: was not changed, because a and b are merged there" in capsys.readouterr().err
+    assert hashes(out) == before
+    assert command("merge", out, "--add", tmp_path / "b.yaml", "--force") == 1
+    assert len(record(out)["groups"][0]["maps"]) < len(
+        json.loads((merged_two / "merge.json").read_text())["groups"][0]["maps"]
+    )
 
 
 def test_a_record_of_the_first_schema_is_read_with_the_new_names(merged_two: Path, tmp_path: Path) -> None:

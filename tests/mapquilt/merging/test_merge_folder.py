@@ -52,9 +52,9 @@ def test_a_new_merge_deletes_the_score_of_the_old_one(fresh_run: Path) -> None:
     assert {"simulate", "sense", "merge", "score"} < set(json.loads((fresh_run / "timings.json").read_text()))
 
 
-def test_a_merge_is_not_written_into_a_replaced_run(fresh_run: Path) -> None:
+def test_a_merge_is_not_written_into_a_replaced_run(fresh_run: Path, merged_run: Path) -> None:
     def replace(_done: int, _total: int) -> None:
-        sense_run(fresh_run, fresh_run, SampleSettings(seed=99))
+        sense_run(merged_run, fresh_run, SampleSettings(seed=99))
 
     with pytest.raises(ValueError, match="was replaced by another run"):
         merge_run(fresh_run, MergeSettings("orb"), 0, replace)
