@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -71,6 +72,14 @@ class World:
 
     def _polygons(self) -> tuple[Polygon, ...]:
         return self.obstacles if self.fence is None else (*self.obstacles, self.fence)
+
+    @property
+    def fingerprint(self) -> str:
+        """Hash of the size, the obstacles and the fence: worlds that differ only in name, seed or starts share it."""
+        content = sha256(repr((self.size, self.fence is None, [len(polygon) for polygon in self._polygons()])).encode())
+        for polygon in self._polygons():
+            content.update(polygon.tobytes())
+        return content.hexdigest()
 
     @property
     def bounds(self) -> str:

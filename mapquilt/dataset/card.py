@@ -31,9 +31,9 @@ A data set of simulated robot teams: occupancy grids, each mapped by one robot i
 transforms between them. mapquilt made it from `spec.json` with seed {{ spec.seed }}; the same specification gives the
 same bytes. Licence of the data: CC BY 4.0.
 
-{{ samples }} samples of {{ missions }} missions; {{ maps }} maps, {{ pairs }} pairs of maps of different robots,
-{{ negatives }} pairs of maps of two worlds, which a merger must refuse{% if failures %}; {{ failures }} samples
-failed, see `failures.jsonl`{% endif %}.
+{{ samples }} samples of {{ missions }} missions in {{ worlds }} different worlds; {{ maps }} maps, {{ pairs }} pairs of
+maps of different robots, {{ negatives }} pairs of maps of two worlds, which a merger must refuse{% if failures %};
+{{ failures }} samples failed, see `failures.jsonl`{% endif %}.
 
 ![Histograms of overlap, distortion, scale and residual](figures.png)
 
@@ -47,7 +47,7 @@ failed, see `failures.jsonl`{% endif %}.
 {% endfor %}
 A pair is identifiable if no other placement of the two true footprints fits nearly as well as the true one. If it is
 not identifiable, a refusal is correct. Pairs of one mission depend on each other: bootstrap over missions, not over
-pairs. No world is in two splits.
+pairs. No world is in two splits: worlds are compared by their content.
 
     import mapquilt
     for pair in mapquilt.load_dataset(".", split="test").pairs:
@@ -66,6 +66,7 @@ def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) 
         spec=spec,
         samples=len(samples),
         missions=len(manifest.missions),
+        worlds=len({mission["fingerprint"] for mission in manifest.missions}),
         maps=sum(len(sample["maps"]) for sample in samples),
         pairs=sum(len(sample["pairs"]) for sample in samples),
         negatives=len(manifest.negatives),

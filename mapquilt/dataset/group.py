@@ -77,6 +77,7 @@ def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
         "mission": plan.name,
         "split": plan.split,
         "world": plan.missions.world,
+        "fingerprint": mission.world.fingerprint,
         "seed": plan.seed,
         "robots": plan.missions.robots,
         "duration_s": plan.missions.duration,

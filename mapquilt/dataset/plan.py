@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from mapping.seeds import Role, derived_seed, stream
 from mapping.settings import MappingSettings
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
 from mapquilt.leaves import with_assignments
+from mapquilt.runs.open_world import is_world_file, read_world
 from mapquilt.runs.true_footprints import map_names
 from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings
 from sim.sensors.settings import SensingSettings
@@ -31,11 +33,13 @@ class SamplePlan:
 
 @dataclass(frozen=True)
 class MissionPlan:
-    """Plan one mission: its world, the split of that world, and the samples made from it."""
+    """Plan one mission: its world, the split of that world, and the samples made from it. Missions of one
+    ``fingerprint`` are in the same world."""
 
     index: int
     missions: MissionsSpec
     seed: int
+    fingerprint: str
     split: str
     samples: tuple[SamplePlan, ...]
 
@@ -64,23 +68,40 @@ class DatasetPlan:
 
 
 def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
-    """Plan a data set. Each seed is a function of the root seed and the item's number."""
+    """Plan a data set. Each seed is a function of the root seed and the item's number.
+
+    Worlds are compared by their content, because a floor plan and some families give the same world at every seed: all
+    missions in a world belong to one split. Raises ``ValueError`` naming a world that cannot be opened.
+    """
     combinations = _combinations(spec.samples, spec.seed)
     missions: list[MissionPlan] = []
+    split_of: dict[str, str] = {}
     for family in spec.missions:
-        splits = _splits(spec, family.count)
-        for number in range(family.count):
+        first = len(missions)
+        seeds = [derived_seed(spec.seed, Role.DATASET_WORLD, first + number) for number in range(family.count)]
+        worlds = _fingerprints(family, seeds)
+        new = [each for each in dict.fromkeys(worlds) if each not in split_of]
+        split_of.update(zip(new, _splits(spec, len(new)), strict=True))
+        for seed, world in zip(seeds, worlds, strict=True):
             index = len(missions)
-            first = index * spec.samples.per_mission
             samples = tuple(
                 SamplePlan(
                     k, combinations[k % len(combinations)].sample(derived_seed(spec.seed, Role.DATASET_SAMPLE, k))
                 )
-                for k in range(first, first + spec.samples.per_mission)
+                for k in range(index * spec.samples.per_mission, (index + 1) * spec.samples.per_mission)
             )
-            seed = derived_seed(spec.seed, Role.DATASET_WORLD, index)
-            missions.append(MissionPlan(index, family, seed, splits[number], samples))
+            missions.append(MissionPlan(index, family, seed, world, split_of[world], samples))
     return DatasetPlan(tuple(missions), _negatives(spec, missions))
+
+
+def _fingerprints(family: MissionsSpec, seeds: Sequence[int]) -> list[str]:
+    """Return the fingerprint of the world of each seed."""
+    different = seeds[:1] if is_world_file(family.world) else seeds
+    found = [
+        read_world(family.world, seed, family.width, family.height, family.plan_resolution)[0].fingerprint
+        for seed in different
+    ]
+    return found * (len(seeds) // len(different))
 
 
 def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
@@ -119,15 +140,18 @@ def _splits(spec: DatasetSpec, count: int) -> list[str]:
 def _negatives(spec: DatasetSpec, missions: list[MissionPlan]) -> tuple[NegativePlan, ...]:
     rng = stream(spec.seed, Role.DATASET_NEGATIVES)
     by_split = {split: [mission for mission in missions if mission.split == split] for split in spec.splits}
-    usable = [split for split, members in by_split.items() if len(members) >= 2]
+    usable = [split for split, members in by_split.items() if len({each.fingerprint for each in members}) >= 2]
     if spec.other_worlds and not usable:
-        raise ValueError("other_worlds needs a split with at least two missions")
+        raise ValueError("other_worlds needs a split with at least two different worlds")
     weights = np.array([len(by_split[split]) for split in usable], dtype=float)
     negatives = []
     for _ in range(spec.other_worlds):
         split = usable[int(rng.choice(len(usable), p=weights / weights.sum()))]
         members = by_split[split]
-        target, source = (members[int(k)] for k in rng.choice(len(members), 2, replace=False))
+        first, second = (int(k) for k in rng.choice(len(members), 2, replace=False))
+        target = members[first]
+        in_order = (*members[second:], *members[:second])
+        source = next(each for each in in_order if each.fingerprint != target.fingerprint)
         negatives.append(NegativePlan(_any_map(rng, target), _any_map(rng, source), split))
     return tuple(negatives)
 

@@ -105,6 +105,11 @@ class DatasetSpec(_Strict):
     other_worlds: Count = 0
     splits: dict[str, Positive] = {"train": 0.6, "validation": 0.2, "test": 0.2}
 
+    @property
+    def total(self) -> int:
+        """Number of samples."""
+        return self.samples.per_mission * sum(missions.count for missions in self.missions)
+
     @model_validator(mode="after")
     def _check(self) -> DatasetSpec:
         if not self.splits:

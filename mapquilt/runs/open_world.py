@@ -27,23 +27,40 @@ def open_world(
     ``width`` and ``height`` [m] are for families, ``plan_resolution`` [m/pixel] for pictures of floor plans. A world
     from a file does not depend on ``seed``. Raises ``ValueError`` or ``OSError`` with the name and the fault.
     """
+    world, warnings = read_world(name, seed, width, height, plan_resolution)
+    try:
+        return require_drivable(world), warnings
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from error
+
+
+def read_world(
+    name: str,
+    seed: int,
+    width: float | None = None,
+    height: float | None = None,
+    plan_resolution: float | None = None,
+) -> tuple[World, tuple[str, ...]]:
+    """Open a world as ``open_world`` does, without the check that robots can explore it."""
     if not name:
         raise ValueError("the name of the world is empty; `mapquilt worlds list` lists the families")
     path = Path(name)
-    is_file = name not in FAMILIES and (path.suffix.lower() in (".json", *PICTURES, *YAMLS) or path.exists())
+    is_file = is_world_file(name)
     if is_file and not (width is None and height is None):
         raise ValueError(f"--width and --height: apply to families only; {name} has its own size")
     if plan_resolution is not None and path.suffix.lower() not in PICTURES:
         raise ValueError(f"--plan-resolution: applies to pictures only, not to {name}")
     if is_file:
-        world, warnings = _read(path, plan_resolution)
-        try:
-            return require_drivable(world), warnings
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from error
+        return _read(path, plan_resolution)
     if name not in FAMILIES:
         raise ValueError(f"unknown world {name!r}; known are: {', '.join(FAMILIES)}, and files (JSON, YAML, PNG, PGM)")
-    return require_drivable(make_world(name, seed, width, height)), ()
+    return make_world(name, seed, width, height), ()
+
+
+def is_world_file(name: str) -> bool:
+    """Check if the name of a world is that of a file, whose world does not depend on a seed."""
+    path = Path(name)
+    return name not in FAMILIES and (path.suffix.lower() in (".json", *PICTURES, *YAMLS) or path.exists())
 
 
 def _read(path: Path, plan_resolution: float | None) -> tuple[World, tuple[str, ...]]:

@@ -28,6 +28,7 @@ from worlds.world import World
 from worlds.world_file import world_from_json, world_to_json
 
 SCHEMA_VERSION = 2
+WORLD_FILE = "world.json"
 
 _FIELDS = {"schema", "version", "seed", "touches", "settings"}
 _OLD_POLICIES = {"tour": "patrol"}
@@ -49,7 +50,7 @@ def save_mission(mission: Mission, folder: Path) -> None:
         "touches": list(mission.contacts),
         "settings": _settings_record(mission.settings),
     }
-    _write_json(folder / "world.json", world_to_json(mission.world))
+    _write_json(folder / WORLD_FILE, world_to_json(mission.world))
     _write_json(folder / "mission.json", record)
     for index, truth in enumerate(mission.robots):
         arrays = {
@@ -66,7 +67,7 @@ def load_mission(folder: Path) -> Mission:
 
     Raises ``OSError`` if a file is missing, ``ValueError`` with the file if one is malformed.
     """
-    world_path, path = folder / "world.json", folder / "mission.json"
+    world_path, path = folder / WORLD_FILE, folder / "mission.json"
     try:
         world = world_from_json(_read_record(world_path))
     except ValueError as error:

@@ -14,7 +14,6 @@ from mapquilt.dataset.card import draw_figures
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import FAILURES_FILE, make_dataset
 from mapquilt.dataset.manifest import read_manifest
-from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
 from mapquilt.dataset.spec import READY, load_spec, ready_spec
 from mapquilt.dataset.verify import verify_dataset
@@ -59,7 +58,7 @@ def make(
     wanted = load_spec(spec)
     with (
         Runner(chosen_workers(workers, scheduler)) as runner,
-        dataset_progress(plan_dataset(wanted).samples) as on_progress,
+        dataset_progress(wanted.total) as on_progress,
     ):
         try:
             report = make_dataset(wanted, out, runner, on_progress)

@@ -1,5 +1,6 @@
 """Making of data sets: the same bytes with any workers and after any interruption."""
 
+import hashlib
 import json
 import os
 import random
@@ -11,6 +12,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ import mapquilt
 from mapquilt.dataset import group
 from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
-from mapquilt.dataset.spec import READY, load_spec, ready_spec
+from mapquilt.dataset.spec import READY, DatasetSpec, load_spec, ready_spec
 from mapquilt.jobs.journal import job_folder
 from mapquilt.json_file import read_record
 from tests.conftest import command, hashes
@@ -258,6 +260,66 @@ def test_negatives_are_of_two_worlds_in_one_split():
         assert target.split == source.split == pair.split
 
 
+def test_missions_in_one_world_share_a_split_and_make_no_negative():
+    """The hall is the same at every seed, and so is a plan, by whatever name; only offices differ."""
+    missions = [
+        {"world": "thesis_hall", "count": 3},
+        {"world": "office", "count": 4},
+        {"world": "thesis_hall", "count": 2},
+    ]
+    spec = DatasetSpec.model_validate({"name": "halls", "missions": missions, "other_worlds": 60})
+    plan = plan_dataset(spec)
+    hall = [mission for mission in plan.missions if mission.missions.world == "thesis_hall"]
+    assert len({mission.fingerprint for mission in plan.missions}) == 5
+    assert {mission.split for mission in hall} == {"train"}
+    mission_of = {sample.name: mission for mission in plan.missions for sample in mission.samples}
+    for pair in plan.negatives:
+        target, source = mission_of[pair.target[0]], mission_of[pair.source[0]]
+        assert target.fingerprint != source.fingerprint
+        assert target.split == source.split == pair.split
+
+
+def test_negatives_of_one_world_alone_are_refused(capsys, tmp_path):
+    spec = tmp_path / "halls.yaml"
+    spec.write_text("name: halls\nmissions:\n  - {world: thesis_hall, count: 3}\nother_worlds: 1\n")
+    assert "at least two different worlds" in refused(capsys, "dataset", "make", spec, "--out", tmp_path / "data")
+    assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.parametrize(
+    ("missions", "says"),
+    [("{world: moon, count: 1}", "unknown world 'moon'"), ("{world: plan.png, count: 1}", "needs --plan-resolution")],
+)
+def test_a_world_that_cannot_be_opened_is_refused_before_the_first_mission(
+    capsys, tmp_path, monkeypatch, missions, says
+):
+    monkeypatch.chdir(tmp_path)
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(f"name: some\nmissions:\n  - {{world: office, count: 1}}\n  - {missions}\n")
+    assert says in refused(capsys, "dataset", "make", spec, "--out", tmp_path / "data")
+    assert not (tmp_path / "data").exists()
+
+
+def test_verify_names_worlds_in_two_splits_and_negatives_of_one_world(tiny, tmp_path, capsys):
+    """Two missions of the data set are made to be in one world, as older data sets of a floor plan are."""
+    copy = Path(shutil.copytree(tiny, tmp_path / "copy"))
+    manifest = read_manifest(copy)
+    splits = {record["mission"]: record["split"] for record in manifest.missions}
+    (leaked,) = (name for name, split in splits.items() if split == "test")
+    world = (copy / "missions/00000/world.json").read_bytes()
+    for name in splits:
+        (copy / "missions" / name / "world.json").write_bytes(world)
+    lines = (copy / "manifest.jsonl").read_text()
+    for record in manifest.missions:
+        lines = lines.replace(record["files"]["world.json"], hashlib.sha256(world).hexdigest())
+    (copy / "manifest.jsonl").write_text(lines)
+    capsys.readouterr()
+    assert command("dataset", "verify", copy) == 1
+    printed = capsys.readouterr().out
+    assert f"missions/{leaked}: is in the world of missions/" in printed
+    assert printed.count("are of one world, although the manifest calls them a negative pair") == 2
+
+
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
@@ -370,7 +432,12 @@ def test_pairs_are_of_different_robots(tiny):
 def test_groups_depend_on_their_plan_alone():
     plan = plan_dataset(load_spec("smoke")).missions[0]
     short = plan.__class__(
-        plan.index, plan.missions.model_copy(update={"duration": 2.0}), plan.seed, plan.split, plan.samples
+        plan.index,
+        plan.missions.model_copy(update={"duration": 2.0}),
+        plan.seed,
+        plan.fingerprint,
+        plan.split,
+        plan.samples,
     )
     with ThreadPoolExecutor(1) as pool:
         elsewhere = pool.submit(group.make_group, short).result()
