@@ -13,9 +13,19 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, UNKNOWN, OccupancyGrid
 from mapping.io.atomic import write_files_atomically
 from mapping.io.map_yaml import MapYaml, Mode, image_path, map_yaml_text, read_map_yaml
-from mapping.io.occupancy_grey import UNKNOWN_GREY, cell_of_grey, log_odds_of_cell, picture_of_grid, thresholds
+from mapping.io.occupancy_grey import (
+    FREE_GREY,
+    OCCUPIED_GREY,
+    UNKNOWN_GREY,
+    cell_of_grey,
+    log_odds_of_cell,
+    picture_of_grid,
+    thresholds,
+)
 from mapping.io.picture import Picture, picture_bytes, read_picture
 from mapping.map_set import Unit
+
+SAVED_GREYS = frozenset((OCCUPIED_GREY, FREE_GREY, UNKNOWN_GREY))
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +46,25 @@ class LoadedMap:
         return self.path.stem
 
 
-def load_map(path: str | Path, *, unknown_grey: int | None = None) -> LoadedMap:
-    """Load a map_server YAML with its picture, or a bare PGM or PNG, cell for cell as nav2 does.
+UnknownGrey = int | Literal["none"] | None
+"""Grey level (0 to 255) that means unknown, "none" for that of the thresholds alone, None for that of the file."""
+
+
+def load_map(path: str | Path, *, unknown_grey: UnknownGrey = None) -> LoadedMap:
+    """Load a map_server YAML with its picture, or a bare PGM or PNG, cell for cell as nav2 does but for one case.
+
+    The saver of ROS 2 writes a free_thresh of 0.25, under which its own grey of unknown, 205, reads as free. In a
+    trinary picture with exactly the greys of the saver it is read as unknown, with a warning.
 
     A bare picture has resolution 1, origin 0, unit "cell" and map_server's default thresholds; a warning says so if a
-    YAML of its name exists. Grey level ``unknown_grey`` (0 to 255) is unknown whatever the thresholds are.
+    YAML of its name exists. Grey level ``unknown_grey`` is unknown whatever the thresholds are; with "none" they alone
+    decide.
 
     Raises ``ValueError`` in one line naming the file, the field and the value for anything that is not such a map,
     and ``OSError`` if a file is missing or cannot be read.
     """
     path = Path(path)
-    if unknown_grey is not None and not 0 <= unknown_grey <= 255:
+    if isinstance(unknown_grey, int) and not 0 <= unknown_grey <= 255:
         raise ValueError(f"unknown_grey is {unknown_grey}, must be 0 to 255")
     if path.suffix.lower() not in (".yaml", ".yml"):
         return _loaded(path, MapYaml(image=path.name), read_picture(path), "cell", _yaml_beside(path), unknown_grey)
@@ -103,13 +121,18 @@ def map_files(
 
 
 def _loaded(
-    path: Path, meta: MapYaml, picture: Picture, unit: Unit, warnings: tuple[str, ...], unknown_grey: int | None
+    path: Path, meta: MapYaml, picture: Picture, unit: Unit, warnings: tuple[str, ...], unknown_grey: UnknownGrey
 ) -> LoadedMap:
     cells = cell_of_grey(meta)
-    if unknown_grey is not None:
+    if isinstance(unknown_grey, int):
         cells[unknown_grey] = UNKNOWN
-    if cells[UNKNOWN_GREY] == FREE and _has_opaque(picture, UNKNOWN_GREY):
-        warnings = (*warnings, _free_205_warning(meta))
+    if cells[UNKNOWN_GREY] == FREE:
+        greys = _opaque_greys(picture)
+        if unknown_grey is None and meta.mode == "trinary" and {UNKNOWN_GREY, FREE_GREY} <= greys <= SAVED_GREYS:
+            cells[UNKNOWN_GREY] = UNKNOWN
+            warnings = (*warnings, f"{_free_205(meta)}; it is read as unknown; --unknown none reads it as free")
+        elif UNKNOWN_GREY in greys:
+            warnings = (*warnings, f"{_free_205(meta)}; --unknown 205 reads it as unknown")
     return LoadedMap(_grid(picture, meta, cells), unit, path, warnings)
 
 
@@ -129,13 +152,10 @@ def _yaml_beside(path: Path) -> tuple[str, ...]:
     return (f"read without resolution and origin; {beside.name} beside it may state them: name that instead",)
 
 
-def _has_opaque(picture: Picture, grey: int) -> bool:
-    found = picture.grey == grey
-    return bool((found if picture.opaque is None else found & picture.opaque).any())
+def _opaque_greys(picture: Picture) -> set[int]:
+    opaque = picture.grey if picture.opaque is None else picture.grey[picture.opaque]
+    return set(np.flatnonzero(np.bincount(opaque.ravel(), minlength=256)).tolist())
 
 
-def _free_205_warning(meta: MapYaml) -> str:
-    return (
-        f"grey 205, which map savers write for unknown, reads as free with free_thresh {meta.free_thresh}; "
-        "with --unknown 205 (unknown_grey=205) it stays unknown"
-    )
+def _free_205(meta: MapYaml) -> str:
+    return f"grey 205, which map savers write for unknown, is free by its free_thresh of {meta.free_thresh}"

@@ -72,11 +72,11 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
     return table
 
 
-def doubled_walls(result: MergeResult) -> tuple[str, ...]:
+def doubled_walls(result: MergeResult, written: bool) -> tuple[str, ...]:
     """Warn of each merged map that shows at least 1 % of the common walls of its maps more than once."""
     return tuple(
         f"the merged map of {', '.join(group.reference_from_map)} shows {100.0 * group.doubled_walls:.0f} % of their "
-        "common walls twice, because the maps lie apart there: see merge.png, in red"
+        f"common walls twice, because the maps lie apart there{': see merge.png, in red' if written else ''}"
         for group in result.groups
         if group.doubled_walls >= LEAST_DOUBLED
     )

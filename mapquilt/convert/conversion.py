@@ -9,6 +9,7 @@ from typing import Literal, get_args
 
 from mapping.io.atomic import atomic_folder
 from mapping.io.carmen import save_carmen
+from mapping.io.map_file import UnknownGrey
 from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import save_tum
@@ -34,11 +35,11 @@ class Conversion:
 
 
 def convert(
-    source: Path, out: Path, to: Format | None = None, mode: Mode | None = None, unknown_grey: int | None = None
+    source: Path, out: Path, to: Format | None = None, mode: Mode | None = None, unknown_grey: UnknownGrey = None
 ) -> Conversion:
     """Convert ``source``, a map file, a robot's log or a run folder, to ``out``, atomically.
 
-    A map is written in ``mode``, with the grey ``unknown_grey`` read as unknown. A log is written as a TUM or CARMEN
+    A map is written in ``mode``, with ``unknown_grey`` as in ``load_map``. A log is written as a TUM or CARMEN
     file, a run as a folder of TUM or CARMEN files or as a ROS 2 bag. ``to`` defaults to the format that the extension
     of ``out`` names. An existing file is replaced, but never the source; a folder must be new or empty.
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.atomic import write_bytes_atomically
-from mapping.io.map_file import load_map, save_map
+from mapping.io.map_file import UnknownGrey, load_map, save_map
 from mapping.io.map_yaml import Mode
 from mapping.io.occupancy_grey import picture_of_grid
 from mapping.io.picture import picture_bytes
@@ -17,7 +17,7 @@ from mapquilt.merging.spare_maps import spare_maps
 PictureKind = Literal["pgm", "png"]
 
 
-def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: int | None) -> tuple[str, ...]:
+def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: UnknownGrey) -> tuple[str, ...]:
     """Write the map at ``source`` to ``out``, which ends in .yaml, .pgm or .png, and return the warnings.
 
     YAML and picture are written under one name; a ``.yaml`` gets a PGM, or in scale mode a PNG. Resolution, origin and

@@ -8,16 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from mapping.io.map_file import load_map, require_known
+from mapping.io.map_file import UnknownGrey, load_map, require_known
 from mapping.map_set import MapSet
 
 
-def load_map_files(paths: Sequence[Path], unknown_grey: int | None = None) -> tuple[MapSet, tuple[str, ...]]:
+def load_map_files(paths: Sequence[Path], unknown_grey: UnknownGrey = None) -> tuple[MapSet, tuple[str, ...]]:
     """Load map files (map_server YAML, PGM or PNG) and return them with the warnings of reading.
 
-    A map is named after its file, or by its path if two files share a name. Grey level ``unknown_grey`` means unknown
-    whatever the files say. Raises ``ValueError`` or ``OSError`` naming a file that cannot be used or is given twice,
-    and if there is only one.
+    A map is named after its file, or by its path if two files share a name. ``unknown_grey`` is that of ``load_map``.
+    Raises ``ValueError`` or ``OSError`` naming a file that cannot be used or is given twice, and if there is only one.
     """
     if len(paths) < 2:
         raise ValueError(f"{paths[0]}: one map cannot be merged; give at least two, or a run folder")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.io.map_file import LoadedMap, load_map, require_known
+from mapping.io.map_file import LoadedMap, UnknownGrey, load_map, require_known
 from mapping.io.map_yaml import image_path, read_map_yaml
 from mapping.io.safe_path import safe_path
 from mapping.map_set import MapSet
@@ -29,7 +29,7 @@ class MergeInputs:
 
     maps: MapSet
     files: tuple[str, ...]
-    unknown: tuple[int | None, ...]
+    unknown: tuple[UnknownGrey, ...]
     copies: Mapping[str, bytes] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
@@ -41,7 +41,7 @@ def run_inputs(run: Path) -> MergeInputs:
     return MergeInputs(maps, tuple(entry["file"] for entry in record["maps"]), (None,) * len(maps))
 
 
-def file_inputs(paths: Sequence[Path], unknown: int | None) -> MergeInputs:
+def file_inputs(paths: Sequence[Path], unknown: UnknownGrey) -> MergeInputs:
     """Load map files of the user, and copy them."""
     maps, warnings = load_map_files(paths, unknown)
     files, copies = [], {}
@@ -52,7 +52,7 @@ def file_inputs(paths: Sequence[Path], unknown: int | None) -> MergeInputs:
     return MergeInputs(maps, tuple(files), (unknown,) * len(paths), copies, warnings)
 
 
-def added_inputs(folder: Path, paths: Sequence[Path], unknown: int | None) -> MergeInputs:
+def added_inputs(folder: Path, paths: Sequence[Path], unknown: UnknownGrey) -> MergeInputs:
     """Load the maps of an existing merge and further ones, of which those with a known name replace the older map.
 
     Raises ``ValueError`` if there is no merge, or naming the file that cannot be used.
@@ -62,7 +62,7 @@ def added_inputs(folder: Path, paths: Sequence[Path], unknown: int | None) -> Me
     trusted = before is None or before.maps.resolutions_trusted
     maps: dict[str, LoadedMap] = {}
     files: dict[str, str] = {}
-    greys: dict[str, int | None] = {}
+    greys: dict[str, UnknownGrey] = {}
     copies: dict[str, bytes] = {}
     for entry in record["maps"]:
         name, file = entry["name"], safe_path(folder, entry["file"])

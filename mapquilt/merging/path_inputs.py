@@ -8,14 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from mapping.io.map_file import save_map
+from mapping.io.map_file import UnknownGrey, save_map
 from mapping.settings import MappingSettings
 from mapquilt.logs.log_files import is_log, log_name, unique_names
 from mapquilt.merging.merge_inputs import MergeInputs, file_inputs
 
 
 def path_inputs(
-    paths: Sequence[Path], unknown: int | None, on_progress: Callable[[int, int], None] | None = None
+    paths: Sequence[Path], unknown: UnknownGrey, on_progress: Callable[[int, int], None] | None = None
 ) -> MergeInputs:
     """Load map files, and map logs with default settings, as ``mapquilt map`` does.
 

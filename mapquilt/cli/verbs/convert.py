@@ -9,7 +9,7 @@ import typer
 
 from mapping.io.map_yaml import Mode
 from mapquilt.cli.exit_status import ALL_MERGED
-from mapquilt.cli.options.files import Unknown, path
+from mapquilt.cli.options.files import Unknown, path, unknown_grey
 from mapquilt.cli.tables import print_table, warn
 from mapquilt.convert.conversion import Format
 from mapquilt.convert.conversion import convert as convert_files
@@ -40,7 +40,7 @@ def convert(
 
     Example: mapquilt convert runs/office office_bag --to rosbag
     """
-    conversion = convert_files(source, out, to, mode, unknown)
+    conversion = convert_files(source, out, to, mode, unknown_grey(unknown))
     warn(conversion.warnings)
     print_table(conversion.summary)
     return ALL_MERGED

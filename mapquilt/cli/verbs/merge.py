@@ -12,8 +12,9 @@ from typing import Annotated, Any
 import typer
 
 from mapping.geometry.scale_range import ScaleRange
+from mapping.io.map_file import UnknownGrey
 from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
-from mapquilt.cli.options.files import Unknown, path
+from mapquilt.cli.options.files import Unknown, path, unknown_grey
 from mapquilt.cli.options.merge import (
     FusionOption,
     PriorOption,
@@ -126,19 +127,19 @@ def merge(
     Exit status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
     """
     chosen = _Chosen(method, scale, as_published, min_confidence, reference, fusion, prior or (), changes or ())
-    settings = chosen.over(MergeSettings())
+    settings, grey = chosen.over(MergeSettings()), unknown_grey(unknown)
     if dry_run:
         return ALL_MERGED
     before: dict[str, Any] | None = None
     answers: dict[tuple[str, str], PairResult] = {}
     if add:
         folder: Path | None = _folder_to_extend(maps, add[0], out)
-        before, inputs = read_merge(maps[0]), added_inputs(maps[0], add, unknown)
+        before, inputs = read_merge(maps[0]), added_inputs(maps[0], add, grey)
         settings = chosen.over(settings_before(before, inputs.maps.resolutions_trusted))
         seed = before["seed"] if seed is None else seed
         answers = answers_before(maps[0], inputs.maps, settings, seed)
     else:
-        inputs, folder = _merge_inputs(maps, out, unknown)
+        inputs, folder = _merge_inputs(maps, out, grey)
     seed = seed or 0
     if debug is not None:
         refuse_debug(debug, settings, maps)
@@ -163,7 +164,7 @@ def merge(
         typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
     else:
         print_table(merge_table(inputs.maps, result, alternatives))
-    warn(doubled_walls(result))
+    warn(doubled_walls(result, written=folder is not None))
     if before is not None and before["reference"] != result.reference:
         warn(
             (f"the frame of the answer is now that of {result.reference}, and no longer that of {before['reference']}",)
@@ -223,7 +224,7 @@ def _folder_to_extend(maps: list[Path], added: Path, out: Path | None) -> Path:
     return maps[0]
 
 
-def _merge_inputs(maps: list[Path], out: Path | None, unknown: int | None) -> tuple[MergeInputs, Path | None]:
+def _merge_inputs(maps: list[Path], out: Path | None, unknown: UnknownGrey) -> tuple[MergeInputs, Path | None]:
     """Return the maps to merge, and the folder of the answer."""
     if len(maps) == 1 and maps[0].is_dir() and not is_bag(maps[0]):
         if out is not None:

@@ -233,16 +233,38 @@ def test_a_yaw_of_nan_is_zero_with_a_warning(tmp_path: Path, nan: str) -> None:
 
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
 def test_free_grey_205_gives_one_warning_and_can_be_overridden(tmp_path: Path, mode: str) -> None:
-    grey = np.array([[205, 205, 254, 0]], dtype=np.uint8)
+    """A picture of other greys than the saver's: a grey of 230 was drawn by hand."""
+    grey = np.array([[205, 205, 254, 0, 230]], dtype=np.uint8)
     path = write_map(tmp_path, grey, free_thresh=0.25, mode=mode)
     loaded = load_map(path)
-    assert loaded.grid.occupancy().tolist() == [[0, 0, 0, 100]]
+    assert loaded.grid.occupancy().tolist() == [[0, 0, 0, 100, 0]]
     (warning,) = loaded.warnings
     assert "205" in warning
-    assert "free_thresh 0.25" in warning
+    assert "free_thresh of 0.25" in warning
+    assert "--unknown 205" in warning
     overridden = load_map(path, unknown_grey=205)
-    assert overridden.grid.occupancy().tolist() == [[-1, -1, 0, 100]]
+    assert overridden.grid.occupancy().tolist() == [[-1, -1, 0, 100, 0]]
     assert overridden.warnings == ()
+
+
+@pytest.mark.parametrize("greys", [[205, 205, 254, 0], [205, 254, 254, 205]])
+def test_the_unknown_grey_of_the_ros_2_saver_is_unknown_although_its_threshold_says_free(
+    tmp_path: Path, greys: list[int]
+) -> None:
+    path = write_map(tmp_path, np.array([greys], dtype=np.uint8), free_thresh=0.25)
+    loaded = load_map(path)
+    assert loaded.grid.occupancy().tolist() == [[{205: -1, 254: 0, 0: 100}[grey] for grey in greys]]
+    (warning,) = loaded.warnings
+    assert "--unknown none" in warning
+    as_nav2 = load_map(path, unknown_grey="none")
+    assert as_nav2.grid.occupancy().tolist() == [[{205: 0, 254: 0, 0: 100}[grey] for grey in greys]]
+    assert len(as_nav2.warnings) == 1
+
+
+def test_grey_205_beside_walls_alone_stays_free(tmp_path: Path) -> None:
+    """Without a lighter grey, 205 is what the drawing has for free."""
+    loaded = load_map(write_map(tmp_path, np.array([[205, 0]], np.uint8), free_thresh=0.25))
+    assert loaded.grid.occupancy().tolist() == [[0, 100]]
 
 
 def test_unknown_or_absent_grey_205_gives_no_warning(tmp_path: Path) -> None:

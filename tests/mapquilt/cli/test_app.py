@@ -95,7 +95,10 @@ PAST_ALL = [
         (("simulate", "office", "--robots", "0"), ("robots", "0")),
         (("simulate", "office", "--robots", "two"), ("--robots", "'two' should be a valid integer")),
         (("simulate", "office", "--robots", "1.5"), ("--robots", "'1.5' should be a valid integer")),
-        (("merge", "a.yaml", "b.yaml", "--unknown", "300"), ("--unknown", "'300' should be less than or equal to 255")),
+        (
+            ("merge", "a.yaml", "b.yaml", "--unknown", "300"),
+            ("--unknown 300: must be a grey level from 0 to 255, or none",),
+        ),
         (("merge", "a\udcff.yaml", "b.yaml"), (r"a\udcff.yaml: is not UTF-8",)),
         (("simulate", ""), ("the name of the world is empty",)),
         (("simulate", "office", "--duration", "-5"), ("duration", "-5")),

@@ -85,7 +85,9 @@ def test_a_grey_that_means_unknown(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "old.yaml: grey 205" in capsys.readouterr().err
     assert command("convert", tmp_path / "old.yaml", tmp_path / "right.yaml", "--unknown", 205) == 0
     assert capsys.readouterr().err == ""
-    assert load_map(tmp_path / "older.yaml").grid.occupancy().tolist() == [[0, 0, 100]]
+    assert command("convert", tmp_path / "old.yaml", tmp_path / "free.yaml", "--unknown", "none") == 0
+    assert load_map(tmp_path / "older.yaml").grid.occupancy().tolist() == [[-1, 0, 100]]
+    assert load_map(tmp_path / "free.yaml").grid.occupancy().tolist() == [[0, 0, 100]]
     assert load_map(tmp_path / "right.yaml").grid.occupancy().tolist() == [[-1, 0, 100]]
 
 
