@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -21,7 +22,7 @@ from sim.mission.settings import CutSettings, MissionSettings, PolicyName, Start
 from sim.physics.drive import Drive
 from sim.physics.robot import RobotSettings
 from sim.policies.settings import BehaviourSettings
-from sim.sensors.adversity.settings import LEVEL_ONE, Adversity
+from sim.sensors.adversity.settings import AMOUNTS, LEVEL_ONE
 from sim.sensors.lidar import Lidar
 from sim.sensors.lidar_presets import lidar_preset, with_rate
 from sim.sensors.odometry import OdometryNoise
@@ -182,11 +183,22 @@ def _max_rotation(config: ExperimentConfig, text: str) -> ExperimentConfig:
     return replace(config, perturbation=replace(config.perturbation, max_yaw=max_yaw_of(parse_number(text))))
 
 
-def _level(
-    part: str, noise: RangeNoise | OdometryNoise | Adversity, config: ExperimentConfig, text: str
-) -> ExperimentConfig:
+def _lidar_level(config: ExperimentConfig, text: str) -> ExperimentConfig:
+    return _with_components(config, "lidar", dataclasses.asdict(RangeNoise().scaled(parse_number(text))))
+
+
+def _odometry_level(config: ExperimentConfig, text: str) -> ExperimentConfig:
+    return _with_components(config, "odometry", dataclasses.asdict(OdometryNoise().scaled(parse_number(text))))
+
+
+def _adversity_level(config: ExperimentConfig, text: str) -> ExperimentConfig:
+    scaled = LEVEL_ONE.scaled(parse_number(text))
+    return _with_components(config, "adversity", {name: getattr(scaled, name) for name in AMOUNTS})
+
+
+def _with_components(config: ExperimentConfig, part: str, values: Mapping[str, float]) -> ExperimentConfig:
     sensing = config.sensing
-    for name, value in dataclasses.asdict(noise.scaled(parse_number(text))).items():
+    for name, value in values.items():
         sensing = sensing.with_component(f"{part}.{name}", value)
     return replace(config, sensing=sensing)
 
@@ -195,10 +207,10 @@ COMBINED: Combined = MappingProxyType(
     {
         "perturbation.scale": _perturbation_scale,
         "perturbation.max_rotation": _max_rotation,
-        "sensing.lidar.level": lambda config, text: _level("lidar", RangeNoise(), config, text),
-        "sensing.odometry.level": lambda config, text: _level("odometry", OdometryNoise(), config, text),
-        "sensing.adversity.level": lambda config, text: _level("adversity", LEVEL_ONE, config, text),
+        "sensing.lidar.level": _lidar_level,
+        "sensing.odometry.level": _odometry_level,
+        "sensing.adversity.level": _adversity_level,
     }
 )
 """Settings that set several leaves at once, or one in degrees: scales as hidden, honest or LO:HI; all components of the
-lidar, or of the odometry, at a noise level of their own; all adversities at a level."""
+lidar, or of the odometry, at a noise level of their own; the amounts of all adversities at a level."""

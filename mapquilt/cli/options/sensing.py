@@ -22,7 +22,8 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="Any setting of sensing, mapping or perturbation by its dotted name: lidar.range_sigma=0.05. Repeatable.",
+        help="Any setting of sensing, mapping or perturbation by its dotted name: lidar.range_sigma=0.05, "
+        "adversity.level=1. Repeatable.",
     ),
 ]
 MapperOption = Annotated[

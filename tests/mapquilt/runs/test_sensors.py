@@ -11,7 +11,7 @@ import pytest
 
 from mapping.io.robot_log_file import load_robot_log
 from sim.mission.file import load_mission
-from sim.sensors.adversity.settings import LEVEL_ONE
+from sim.sensors.adversity.settings import AMOUNTS, LEVEL_ONE
 from sim.sensors.lidar_presets import PRESETS, lidar_preset
 from sim.sensors.noise import Noise
 from sim.sensors.sensing import sense
@@ -115,8 +115,7 @@ def test_adversity_is_switched_on_by_name_or_level_and_is_the_same_each_time(lds
     assert (log_ranges(first) < log_ranges(clean)).any()
     assert (first / "robot_0/log.npz").read_bytes() == (again / "robot_0/log.npz").read_bytes()
     components = json.loads((level / "run.json").read_text())["noise_components"]
-    assert components["adversity.people"] == 2.0 * LEVEL_ONE.people
-    assert components["adversity.ramp_slope"] == LEVEL_ONE.ramp_slope
+    assert components == {f"adversity.{name}": 2.0 * getattr(LEVEL_ONE, name) for name in AMOUNTS}
 
 
 def test_a_bad_adversity_is_refused_before_anything_is_written(
