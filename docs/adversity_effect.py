@@ -14,8 +14,10 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.log_odds import map_log
 from mapping.grid.sensor_model import sensor_model
 from mapping.ground_truth.footprint import TRUE_RESOLUTION, footprint, observed
+from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
-from mapping.slam.front_end import FRONT_ENDS
+from mapping.slam.front_end import FRONT_ENDS, FrontEnd
+from mapping.slam.settings import SlamSettings
 from mapquilt.evaluation.map_quality import map_quality
 from mapquilt.evaluation.trajectory_error import absolute_error, relative_error
 from mapquilt.runs import folder as run_folder
@@ -29,18 +31,22 @@ from worlds.raster import true_raster
 
 ALONE = {name: replace(Adversity(), **{name: getattr(LEVEL_ONE, name)}) for name in AMOUNTS}
 ROWS = {"none": Adversity(), **ALONE, "all": LEVEL_ONE}
-SEEDS = 3
-"""Number of random draws per mission."""
 
 
 def main(runs: list[Path]) -> None:
     missions = [load_mission(run / run_folder.MISSION_FOLDER) for run in runs]
     errors = [f"{what} by {name}" for name in FRONT_ENDS for what in ("error", "yaw error in 1 s")]
     head = ("at level 1", "outliers", "wall precision", "wall recall", *errors)
-    rows = [(name, *described(measured(missions, adversity))) for name, adversity in ROWS.items()]
-    for row in (head, ("---",) * len(head), *rows):
-        sys.stdout.write(f"| {' | '.join(row)} |\n")
-    sys.stdout.write(f"{sum(len(each.robots) for each in missions)} robots, {SEEDS} draws each\n")
+    write_row(head)
+    write_row(("---",) * len(head))
+    for name, adversity in ROWS.items():
+        write_row((name, *described(measured(missions, adversity))))
+    sys.stdout.write(f"{sum(len(each.robots) for each in missions)} robots\n")
+
+
+def write_row(cells: tuple[str, ...]) -> None:
+    sys.stdout.write(f"| {' | '.join(cells)} |\n")
+    sys.stdout.flush()
 
 
 def measured(missions: list[Mission], adversity: Adversity) -> NDArray[np.float64]:
@@ -49,13 +55,16 @@ def measured(missions: list[Mission], adversity: Adversity) -> NDArray[np.float6
     noise, rows = Noise(adversity=adversity), []
     for mission in missions:
         paths = [robot.trajectory for robot in mission.robots]
-        for seed in range(SEEDS):
-            around = draw_surroundings(mission.world, paths, adversity, seed)
-            for index, truth in enumerate(mission.robots):
-                sensed = sense(truth, noise, seed, index, around)
-                errors = [drift(front_end(sensed.log), truth.trajectory) for front_end in FRONT_ENDS.values()]
-                rows.append((sensed.outliers.mean(), *walls(mission, index, sensed), *np.concatenate(errors)))
+        around = draw_surroundings(mission.world, paths, adversity, mission.seed)
+        for index, truth in enumerate(mission.robots):
+            sensed = sense(truth, noise, mission.seed, index, around)
+            errors = [drift(poses(sensed.log, front_end), truth.trajectory) for front_end in FRONT_ENDS.values()]
+            rows.append((sensed.outliers.mean(), *walls(mission, index, sensed), *np.concatenate(errors)))
     return np.array(rows)
+
+
+def poses(log: RobotLog, front_end: FrontEnd) -> Trajectory:
+    return front_end(log, SlamSettings(), lambda _: None).trajectory
 
 
 def drift(estimate: Trajectory, true: Trajectory) -> tuple[float, float]:

@@ -71,11 +71,10 @@ def test_the_picture_of_adversity_is_drawn_of_any_run(merged_run: Path, tmp_path
 @pytest.mark.slow
 def test_the_effect_of_adversity_is_measured_on_any_run(merged_run: Path) -> None:
     head, _, *rows, last = script("adversity_effect.py", merged_run).splitlines()
-    documented = [line for line in PAGE.splitlines() if line.startswith("| at level 1 |")]
-    assert head.startswith(documented[0].removesuffix("|"))
+    assert head in PAGE.splitlines()
     cells = {row.split(" | ")[0].strip("| "): [float(number) for number in re.findall(r"[\d.]+", row)] for row in rows}
     assert list(cells) == ["none", *AMOUNTS, "all"]
     assert cells["none"][0] < cells["glass"][0] < cells["all"][0]
     assert cells["none"][1] > cells["all"][1]
-    assert cells["none"][4] < cells["latency"][4]
-    assert last == "2 robots, 3 draws each"
+    assert cells["none"][-1] < cells["latency"][-1]
+    assert last == "2 robots"
