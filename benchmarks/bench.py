@@ -20,6 +20,7 @@ from rich.table import Table
 from benchmarks.dataset import bench_dataset
 from benchmarks.particle import bench_particle_filter
 from benchmarks.simulation import bench_simulation
+from benchmarks.slam import bench_slam
 from benchmarks.thesis import bench_thesis
 from mapping.geometry.se2 import SE2
 from mapping.grid.log_odds import LogOddsMapper
@@ -55,6 +56,7 @@ def main(arguments: list[str]) -> None:
         mission = bench_main_job(Path(folder) / "run")
     bench_mapping(mission)
     bench_particle_filter(mission)
+    bench_slam()
     bench_simulation()
     bench_thesis()
     bench_dataset()
