@@ -72,8 +72,8 @@ class MatchSettings:
     - ``first_reach`` [m]: distance within which a point seeks its surfel at first; each step multiplies it by
       ``shrink`` until it is ``reach_voxels`` voxels, within ``least_reach`` and ``greatest_reach`` [m];
     - ``outlier_deviations``: distance in standard deviations at which a point keeps a quarter of its weight;
-    - ``least_share``: if fewer points find a surfel, the pose is sought by correlation instead, within
-      ``search_shift`` [m] and ``search_turn`` [rad] or the deviations of the prediction.
+    - ``least_share``: if fewer points than this share of the usual number find a surfel, the pose is sought by
+      correlation as well, within ``search_shift`` [m] and ``search_turn`` [rad] or the deviations of the prediction.
     """
 
     iterations: int = 15
@@ -83,9 +83,9 @@ class MatchSettings:
     least_reach: float = 0.2
     greatest_reach: float = 0.4
     outlier_deviations: float = 3.0
-    least_share: float = 0.3
+    least_share: float = 0.75
     search_shift: float = 0.6
-    search_turn: float = 0.35
+    search_turn: float = 0.8
 
     def __post_init__(self) -> None:
         require_valid(self, shares=("least_share",))
@@ -222,7 +222,7 @@ class AdjustmentSettings:
 
     rounds: int = 12
     steps: int = 1
-    nodes: int = 600
+    nodes: int = 480
     scans: int = 3
     scan_deviation: float = 0.03
     scan_yaw_deviation: float = 0.01

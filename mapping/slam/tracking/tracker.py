@@ -32,6 +32,9 @@ SEARCH_CELL = 0.2
 SEARCH_POINTS = 200
 """Points of the scan that the correlation uses."""
 
+SHARE_GAIN = 0.05
+"""Weight of a scan in the running mean of the share of points that find a surfel."""
+
 LARGEST_SEARCH = (3.0, 1.0)
 """Bounds of the window of a correlation [m, rad]."""
 
@@ -103,6 +106,7 @@ class Tracker:
         self._field: LikelihoodField | None = None
         self._latest: list[ScanPoints] = []
         self._path, self._turned = 0.0, 0.0
+        self._usual_share = 1.0
 
     def points_of(self, index: int) -> ScanPoints:
         """Compute the points of scan ``index``."""
@@ -168,7 +172,8 @@ class Tracker:
         spread = 3.0 * np.sqrt(np.diag(prediction.covariance))
         near = max(spread[0], spread[1]) < settings.first_reach and spread[2] < settings.search_turn
         match = match_scan(points, self._surfels, prediction.guess, (prediction.pose, prior), settings)
-        if near and match.share >= settings.least_share:
+        if near and match.share >= settings.least_share * self._usual_share:
+            self._usual_share += SHARE_GAIN * (match.share - self._usual_share)
             return match
         start = self._correlated(points, prediction.pose, spread)
         window = np.diag(np.square([settings.search_shift, settings.search_shift, settings.search_turn]))
