@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, UNKNOWN, OccupancyGrid
 from mapping.io.atomic import write_files_atomically
-from mapping.io.map_yaml import MapYaml, Mode, image_path, map_yaml_text, read_map_yaml
+from mapping.io.map_yaml import MapYaml, Mode, image_path, image_warnings, map_yaml_text, read_map_yaml
 from mapping.io.occupancy_grey import (
     FREE_GREY,
     OCCUPIED_GREY,
@@ -51,7 +51,7 @@ UnknownGrey = int | Literal["none"] | None
 
 
 def load_map(path: str | Path, *, unknown_grey: UnknownGrey = None) -> LoadedMap:
-    """Load a map_server YAML with its picture, or a bare PGM or PNG, cell for cell as nav2 does but for one case.
+    """Load a map_server YAML with its picture, or a bare picture, cell for cell as nav2 does but for one case.
 
     The saver of ROS 2 writes a free_thresh of 0.25, under which its own grey of unknown, 205, reads as free. In a
     trinary picture with exactly the greys of the saver it is read as unknown, with a warning.
@@ -69,7 +69,8 @@ def load_map(path: str | Path, *, unknown_grey: UnknownGrey = None) -> LoadedMap
     if path.suffix.lower() not in (".yaml", ".yml"):
         return _loaded(path, MapYaml(image=path.name), read_picture(path), "cell", _yaml_beside(path), unknown_grey)
     meta, warnings = read_map_yaml(path)
-    return _loaded(path, meta, _picture_of(path, meta), "m", warnings, unknown_grey)
+    picture = _picture_of(path, meta)
+    return _loaded(path, meta, picture, "m", (*warnings, *image_warnings(path, meta)), unknown_grey)
 
 
 def _picture_of(path: Path, meta: MapYaml) -> Picture:
@@ -123,6 +124,8 @@ def map_files(
 def _loaded(
     path: Path, meta: MapYaml, picture: Picture, unit: Unit, warnings: tuple[str, ...], unknown_grey: UnknownGrey
 ) -> LoadedMap:
+    if picture.lossy:
+        warnings = (*warnings, "the picture is a JPEG, whose greys are inexact; save maps as PGM or PNG")
     cells = cell_of_grey(meta)
     if isinstance(unknown_grey, int):
         cells[unknown_grey] = UNKNOWN

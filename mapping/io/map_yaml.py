@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -31,6 +32,9 @@ SMALLEST_RESOLUTION, LARGEST_RESOLUTION = 1e-5, 1e5
 
 FARTHEST_ORIGIN = 1e9
 """Largest coordinate of an origin [m]: beyond it cells of a tenth of a micrometre coincide in double precision."""
+
+_TABS = re.compile(r"(?<=[:,\[-])[ \t]*\t[ \t]*")
+"""Tabs between a field and its value: YAML allows none, but their meaning is clear."""
 
 _TRUE = ("y", "yes", "true", "on")
 _FALSE = ("n", "no", "false", "off")
@@ -88,6 +92,7 @@ def read_map_yaml(path: Path) -> tuple[MapYaml, tuple[str, ...]]:
             free_thresh=_threshold(fields, "free_thresh", FREE_THRESHOLD, warnings),
             mode=cast(Mode, _text(fields, "mode").lower() if "mode" in fields else "trinary"),
         )
+        _require_order(meta)
     except ValueError as error:
         text = str(error)
         raise ValueError(text if text.startswith(f"{path}: ") else f"{path}: {text}") from error
@@ -97,15 +102,48 @@ def read_map_yaml(path: Path) -> tuple[MapYaml, tuple[str, ...]]:
 def image_path(path: Path, meta: MapYaml) -> Path:
     """Return the path of the picture that the YAML at ``path`` names.
 
-    Raises ``ValueError`` naming both if it is outside the YAML's folder: a map from a stranger must not make the
-    program open other files. An absolute path into the folder is allowed.
+    A picture that is not there is taken from beside the YAML, by its base name: many files name the path that it had on
+    another machine, or from the working directory. Nothing outside the YAML's folder is opened, because a map from a
+    stranger must not make the program open other files; an absolute path into the folder is allowed.
+
+    Raises ``ValueError`` naming both if the path is outside and no such picture lies beside the YAML.
     """
-    image = safe_path(path.parent, meta.image)
-    if image is None:
+    image, beside = safe_path(path.parent, meta.image), path.parent / _base_name(meta.image)
+    if image is not None and (image.is_file() or not beside.is_file()):
+        return image
+    if beside.is_file() and safe_path(path.parent, beside.name) is not None:
+        return beside
+    raise ValueError(
+        f"{path}: image is {_shown(meta.image)}, outside the YAML's folder; put the picture beside the YAML"
+    )
+
+
+def image_warnings(path: Path, meta: MapYaml) -> tuple[str, ...]:
+    """Warn if the picture is not where the YAML says."""
+    image = image_path(path, meta)
+    if image == safe_path(path.parent, meta.image):
+        return ()
+    return (f"image is {_shown(meta.image)}; {image.name} beside the YAML is read instead",)
+
+
+def _base_name(image: str) -> str:
+    return re.split(r"[/\\]", image)[-1]
+
+
+def _require_order(meta: MapYaml) -> None:
+    """Refuse thresholds that are no probabilities, or whose names are swapped."""
+    if meta.mode == "raw":
+        return
+    for name in ("occupied_thresh", "free_thresh"):
+        value = getattr(meta, name)
+        if not 0.0 <= value <= 1.0:
+            hint = f"; {value:g} looks like per cent, which is {value / 100.0:g}" if 1.0 < value <= 100.0 else ""
+            raise ValueError(f"{name} is {value:g}, must lie in 0 to 1{hint}")
+    if meta.free_thresh > meta.occupied_thresh:
         raise ValueError(
-            f"{path}: image is {_shown(meta.image)}, outside the YAML's folder; put the picture beside the YAML"
+            f"free_thresh is {meta.free_thresh:g}, must be at most occupied_thresh, {meta.occupied_thresh:g}; "
+            "are the two swapped?"
         )
-    return image
 
 
 def map_yaml_text(meta: MapYaml) -> str:
@@ -124,9 +162,11 @@ def map_yaml_text(meta: MapYaml) -> str:
 
 
 def _parse(data: bytes) -> dict[str, Any]:
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise ValueError("the YAML is UTF-16, must be UTF-8")
     try:
         # Every scalar stays text: whether `image: 1.pgm` or `negate: no` is a number is decided here, not by YAML.
-        loader = yaml.BaseLoader(data.decode("utf-8"))
+        loader = yaml.BaseLoader(_TABS.sub(" ", data.decode("utf-8")))
         node = loader.get_single_node()
         fields = loader.construct_document(node) if node is not None else None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:

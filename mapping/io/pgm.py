@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,12 @@ def read_header(data: bytes) -> PgmHeader:
         raise ValueError(f"the PGM is {width} x {height} pixels")
     if not 1 <= maxval <= 65535:
         raise ValueError(f"the PGM's maxval is {maxval}, must be 1 to 65535")
-    return PgmHeader(kind == 2, width, height, maxval, match.end())
+    header = PgmHeader(kind == 2, width, height, maxval, match.end())
+    # A program that ends lines by CR LF writes one byte more than the single space that netpbm allows there.
+    one_more = len(data) - header.offset == header.raster_bytes + 1 and not header.plain
+    if one_more and data[header.offset - 1 : header.offset + 1] == b"\r\n":
+        return replace(header, offset=header.offset + 1)
+    return header
 
 
 def read_pgm(data: bytes) -> NDArray[np.uint8]:

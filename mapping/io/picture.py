@@ -1,4 +1,4 @@
-"""Grey pictures of maps, PGM and PNG, with limits that protect against hostile files."""
+"""Grey pictures of maps, with limits that protect against hostile files."""
 
 from __future__ import annotations
 
@@ -20,19 +20,38 @@ MAX_BYTES = 2**30
 """Maximum size of a picture file."""
 
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
-_PNG_ERRORS = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, Image.DecompressionBombError)
+_OTHERS = {
+    b"BM": "BMP",
+    b"P1": "PPM",
+    b"P3": "PPM",
+    b"P4": "PPM",
+    b"P6": "PPM",
+    b"II*\0": "TIFF",
+    b"MM\0*": "TIFF",
+    b"\xff\xd8\xff": "JPEG",
+}
+"""First bytes of other pictures that are read, and Pillow's name of their kind (PPM: plain and raw PBM and PPM)."""
+_LFS = b"version https://git-lfs"
+_JPEG_NOISE = 8
+"""A JPEG's grey so near to one of a map saver's is meant to be that."""
+_SAVED_GREYS = (0, 205, 254)
+_ERRORS = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, Image.DecompressionBombError)
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Brightness ``grey`` (H, W) uint8, top row first; ``opaque`` (H, W) bool, None without an alpha channel."""
+    """Brightness ``grey`` (H, W) uint8, top row first; ``opaque`` (H, W) bool, None without an alpha channel;
+    ``lossy`` if the greys are inexact."""
 
     grey: NDArray[np.uint8]
     opaque: NDArray[np.bool_] | None = None
+    lossy: bool = False
 
 
 def read_picture(path: Path) -> Picture:
-    """Read a PGM or PNG, detected by content, as 8-bit grey; colours by Rec. 601 luma, 16 bits scaled down.
+    """Read a PGM, PNG, BMP, PPM, TIFF or JPEG, detected by content, as 8-bit grey.
+
+    Colours count by Rec. 601 luma, 16 bits are scaled down. A JPEG's greys near those of a map saver become these.
 
     Raises ``ValueError`` naming the file if it is empty, of another kind, broken, truncated or too large, and
     ``OSError`` if it cannot be opened.
@@ -45,9 +64,14 @@ def read_picture(path: Path) -> Picture:
             return Picture(read_pgm(data))
         if data.startswith(_PNG_MAGIC):
             return _read_png(data)
+        for magic, kind in _OTHERS.items():
+            if data.startswith(magic):
+                return _read_other(data, kind)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    raise ValueError(f"{path}: not a PGM or PNG picture; it starts with {data[:8]!r}")
+    if data.startswith(_LFS):
+        raise ValueError(f"{path}: is a pointer of Git LFS, not the picture; run `git lfs pull`")
+    raise ValueError(f"{path}: not a PGM, PNG, BMP, PPM, TIFF or JPEG picture; it starts with {data[:8]!r}")
 
 
 def read_limited(path: Path, max_bytes: int) -> bytes:
@@ -98,8 +122,33 @@ def _read_png(data: bytes) -> Picture:
             with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
                 image.load()
                 return _grey_and_alpha(image)
-    except _PNG_ERRORS as error:
+    except _ERRORS as error:
         raise ValueError(f"the PNG is broken or truncated ({' '.join(str(error).split())})") from error
+
+
+def _read_other(data: bytes, kind: str) -> Picture:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        try:
+            image = Image.open(io.BytesIO(data), formats=(kind,))
+        except Image.DecompressionBombError:
+            raise ValueError(f"the picture has more than the {MAX_PICTURE_CELLS} pixels that are read") from None
+        except _ERRORS as error:
+            raise ValueError(f"the {kind} is broken or truncated ({' '.join(str(error).split())})") from error
+    with image:
+        _check_size(*image.size)
+        try:
+            image.load()
+            found = _grey_and_alpha(image)
+        except _ERRORS as error:
+            raise ValueError(f"the {kind} is broken or truncated ({' '.join(str(error).split())})") from error
+    if kind != "JPEG":
+        return found
+    levels = np.arange(256)
+    table = levels.copy()
+    for saved in _SAVED_GREYS:
+        table[abs(levels - saved) <= _JPEG_NOISE] = saved
+    return Picture(table.astype(np.uint8)[found.grey], lossy=True)
 
 
 def _grey_and_alpha(image: Image.Image) -> Picture:

@@ -8,22 +8,23 @@ from pathlib import Path
 
 import numpy as np
 
-from mapping.io.map_file import UnknownGrey, load_map, require_known
+from mapping.io.map_file import LoadedMap, UnknownGrey, load_map, require_known
 from mapping.map_set import MapSet
 
 
 def load_map_files(paths: Sequence[Path], unknown_grey: UnknownGrey = None) -> tuple[MapSet, tuple[str, ...]]:
-    """Load map files (map_server YAML, PGM or PNG) and return them with the warnings of reading.
+    """Load map files (map_server YAML, or bare pictures) and return them with the warnings of reading.
 
     A map is named after its file, or by its path if two files share a name. ``unknown_grey`` is that of ``load_map``.
-    Raises ``ValueError`` or ``OSError`` naming a file that cannot be used or is given twice, and if there is only one.
+    Raises ``ValueError`` or ``OSError`` naming every file that cannot be used, or one that is given twice, and if there
+    is only one.
     """
     if len(paths) < 2:
         raise ValueError(f"{paths[0]}: one map cannot be merged; give at least two, or a run folder")
     for path in paths:
         if path.is_dir():
             raise ValueError(f"{path}: is a folder; give map files, or one run folder")
-    loaded = [require_known(load_map(path, unknown_grey=unknown_grey)) for path in paths]
+    loaded = _load_all(paths, unknown_grey)
     for path, entry in zip(paths, loaded, strict=True):
         if np.unique(entry.grid.occupancy()).size == 1:
             says = "occupied" if entry.grid.occupied.any() else "free"
@@ -43,3 +44,23 @@ def load_map_files(paths: Sequence[Path], unknown_grey: UnknownGrey = None) -> t
         provenance={"source": "files"},
     )
     return maps, warnings
+
+
+def _load_all(paths: Sequence[Path], unknown_grey: UnknownGrey) -> list[LoadedMap]:
+    """Load all maps, or report all that cannot be loaded."""
+    loaded, faults = [], []
+    for path in paths:
+        try:
+            loaded.append(require_known(load_map(path, unknown_grey=unknown_grey)))
+        except (ValueError, OSError) as error:
+            faults.append(error)
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        raise ValueError("; ".join(_text(fault) for fault in faults))
+    return loaded
+
+
+def _text(fault: ValueError | OSError) -> str:
+    known = isinstance(fault, OSError) and fault.filename is not None
+    return f"{fault.filename}: {fault.strerror}" if known else str(fault)  # type: ignore[union-attr]

@@ -249,6 +249,13 @@ def test_a_foreign_folder_is_never_replaced(capsys, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
+def test_every_map_that_cannot_be_read_is_named(capsys, two_maps, tmp_path):
+    (tmp_path / "bad.yaml").write_text("image: bad.pgm\n")
+    line = refused(capsys, "merge", two_maps[0], tmp_path / "bad.yaml", tmp_path / "gone.yaml")
+    assert f"{tmp_path / 'bad.yaml'}: the YAML has no field resolution; " in line
+    assert f"{tmp_path / 'gone.yaml'}: No such file or directory" in line
+
+
 def test_a_run_is_replaced_whole(fresh_run, merged_run):
     (fresh_run / "note.txt").touch()
     assert command("sense", merged_run, "--noise", 2, "--out", fresh_run) == 0
