@@ -154,7 +154,7 @@ GOOD = "image: a.pgm\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_
         (yaml_with(GOOD), ("bad.yaml", "resolution")),
         (yaml_with(GOOD + "resolution: 0\n"), ("bad.yaml", "resolution", "0")),
         (yaml_with(GOOD + "resolution: .nan\n"), ("bad.yaml", "resolution", "nan")),
-        (yaml_with(GOOD.replace("a.pgm", "../a.pgm") + "resolution: 0.05\n"), ("bad.yaml", "../a.pgm")),
+        (yaml_with(GOOD.replace("a.pgm", "../c.pgm") + "resolution: 0.05\n"), ("bad.yaml", "../c.pgm")),
         (yaml_with(GOOD.replace("a.pgm", "gone.pgm") + "resolution: 0.05\n"), ("gone.pgm",)),
         (yaml_with("- 1\n"), ("bad.yaml",)),
         (lambda folder: folder.name, ("folder",)),
