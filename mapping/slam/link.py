@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
+from mapping.slam.linear_algebra import transformed
 from mapping.slam.planar import rotation
 from mapping.slam.result import Edge, LoopEvidence
 
@@ -27,10 +28,8 @@ class Link:
         """Return the link as an edge of the result, its covariance that of a tangent vector."""
         x, y, yaw = self.relative.tolist()
         tangent = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
-        return Edge(self.first, self.second, SE2(x, y, yaw), tangent @ self.covariance @ tangent.T, evidence)
+        return Edge(self.first, self.second, SE2(x, y, yaw), transformed(tangent, self.covariance), evidence)
 
     def turned(self, yaw: float) -> NDArray[np.float64]:
         """Return the covariance in a frame in which ``first`` has this yaw [rad]."""
-        turn = rotation(yaw)
-        covariance: NDArray[np.float64] = turn @ self.covariance @ turn.T
-        return covariance
+        return transformed(rotation(yaw), self.covariance)

@@ -14,7 +14,6 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
@@ -35,14 +34,8 @@ def slam(
 ) -> SlamResult:
     """Estimate the trajectory of a log; equal logs and settings give equal results to the bit.
 
-    ``on_scan`` gets the number of scans tracked so far. BLAS runs on one thread: its rounding depends on their number,
-    and on a busy machine its threads wait for one another.
+    ``on_scan`` gets the number of scans tracked so far.
     """
-    with threadpool_limits(limits=1, user_api="blas"):
-        return _slam(log, settings, on_scan)
-
-
-def _slam(log: RobotLog, settings: SlamSettings, on_scan: Callable[[int], None]) -> SlamResult:
     clock = _Clock()
     tracker = Tracker(log, range_deviation(log.scans, settings.points), settings)
     graph = KeyframeGraph(tracker, settings)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 
@@ -27,18 +28,28 @@ def rotation(yaw: float) -> NDArray[np.float64]:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+@njit(cache=True)
 def turn_vectors(yaw: float, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     """Turn vectors (N, 2) by a yaw [rad]."""
     c, s = math.cos(yaw), math.sin(yaw)
-    turned: NDArray[np.float64] = vectors @ np.array([[c, s], [-s, c]])
+    turned = np.empty_like(vectors)
+    for k in range(vectors.shape[0]):
+        turned[k, 0] = c * vectors[k, 0] - s * vectors[k, 1]
+        turned[k, 1] = s * vectors[k, 0] + c * vectors[k, 1]
+    return turned
+
+
+@njit(cache=True)
+def turn_each(yaws: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn each of the vectors (N, 2) by its own yaw (N,) [rad]."""
+    turned = np.empty_like(vectors)
+    for k in range(vectors.shape[0]):
+        c, s = math.cos(yaws[k]), math.sin(yaws[k])
+        turned[k, 0] = c * vectors[k, 0] - s * vectors[k, 1]
+        turned[k, 1] = s * vectors[k, 0] + c * vectors[k, 1]
     return turned
 
 
 def move_points(pose: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Move points (N, 2) [m] by a pose (3,)."""
     return turn_vectors(float(pose[2]), points) + pose[:2]
-
-
-def inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Invert a covariance or information matrix."""
-    return np.linalg.inv(matrix).astype(np.float64, copy=False)

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from mapping.slam.graph.pose_graph import linearised
+from mapping.slam.linear_algebra import solve_upper
 from mapping.slam.link import Link
-from mapping.slam.planar import between, move_points, turn_vectors
+from mapping.slam.planar import between, move_points, turn_each, turn_vectors
 from mapping.slam.settings import SlamSettings
 from mapping.slam.tracking.matching import nearest_surfel
 from mapping.slam.tracking.motion import motion_covariance
@@ -40,8 +40,8 @@ class GroupedPoints:
 
     def placed(self, poses: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return points and normals in the frame of the poses (K, 3)."""
-        turned = _turned(poses[self.owners, 2], self.points)
-        return turned + poses[self.owners, :2], _turned(poses[self.owners, 2], self.normals)
+        turned = turn_each(poses[self.owners, 2], self.points)
+        return turned + poses[self.owners, :2], turn_each(poses[self.owners, 2], self.normals)
 
 
 def adjust(
@@ -80,7 +80,7 @@ def moved_with_nodes(
     span = np.maximum(nodes[after] - nodes[index], 1)
     weight = ((np.arange(len(poses)) - nodes[index]) / span)[:, None]
     off = b - a
-    off[:, 2] = np.arctan2(np.sin(off[:, 2]), np.cos(off[:, 2]))
+    off[:, 2] = [math.remainder(yaw, math.tau) for yaw in off[:, 2].tolist()]
     moved: NDArray[np.float64] = a + weight * off
     return moved
 
@@ -89,14 +89,9 @@ def _carried(poses: NDArray[np.float64], old: NDArray[np.float64], new: NDArray[
     """Return new @ old^-1 @ poses, row by row."""
     turn = new[:, 2] - old[:, 2]
     moved = np.empty_like(poses)
-    moved[:, :2] = new[:, :2] + _turned(turn, poses[:, :2] - old[:, :2])
+    moved[:, :2] = new[:, :2] + turn_each(turn, poses[:, :2] - old[:, :2])
     moved[:, 2] = poses[:, 2] + turn
     return moved
-
-
-def _turned(yaw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    c, s = np.cos(yaw), np.sin(yaw)
-    return np.stack((c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]), axis=-1)
 
 
 def _grouped(
@@ -174,7 +169,7 @@ def _solve_round(
         )
         _add_links(hessian, gradient, poses, odometry, settings.loops.robust_deviations)
         hessian[np.arange(3), np.arange(3)] += FIXED
-        step = cho_solve(cho_factor(hessian, check_finite=False), -gradient, check_finite=False)
+        step = solve_upper(hessian, -gradient)
         poses = poses + step.reshape(-1, 3)
     return poses
 

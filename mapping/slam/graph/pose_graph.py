@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import splu
 
+from mapping.slam.linear_algebra import inverse, product, solve_envelope, squared_distance, transformed
 from mapping.slam.link import Link
 
 FIXED = 1e12
@@ -31,13 +31,13 @@ def optimise_poses(
     """
     first, second, relative, information, robust = _arrays(links)
     poses = poses.copy()
-    rows, cols = _pattern(first, second)
+    starts, columns = _envelope(first, second, len(poses))
     for _ in range(iterations):
         blocks, gradient = _linearised(poses, first, second, relative, information, robust, robust_deviations)
-        size = 3 * len(poses)
-        entries = np.append(blocks.ravel(), [FIXED] * 3)
-        hessian = csc_matrix((entries, (rows, cols)), shape=(size, size))
-        step = splu(hessian, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(-gradient)
+        values = np.zeros(int(starts[-1]))
+        _fill(values, starts, columns, blocks, first, second)
+        values[starts[:3] + np.arange(3) - columns[:3]] += FIXED
+        step = solve_envelope(values, starts[:-1], columns, -gradient)
         poses += step.reshape(-1, 3)
         if np.abs(step).max() < SETTLED:
             break
@@ -50,8 +50,7 @@ def chi_squared(poses: NDArray[np.float64], links: Sequence[Link]) -> NDArray[np
         return np.zeros(0)
     first, second, relative, information, _ = _arrays(links)
     errors = _errors(poses, first, second, relative)
-    chi: NDArray[np.float64] = np.einsum("ki,kij,kj->k", errors, information, errors)
-    return chi
+    return np.array([squared_distance(error, weight) for error, weight in zip(errors, information, strict=True)])
 
 
 def relative_covariances(
@@ -79,8 +78,8 @@ def relative_covariances(
         if (above, node) in table:
             step = covariances[table[above, node]]
         else:
-            step = move @ covariances[table[node, above]] @ move.T
-        result[node] = move @ result[above] @ move.T + step
+            step = transformed(move, covariances[table[node, above]])
+        result[node] = transformed(move, result[above]) + step
     return result
 
 
@@ -88,19 +87,50 @@ def _arrays(links: Sequence[Link]) -> tuple[NDArray, NDArray, NDArray, NDArray, 
     first = np.array([link.first for link in links])
     second = np.array([link.second for link in links])
     relative = np.stack([link.relative for link in links])
-    information = np.linalg.inv(np.stack([link.covariance for link in links]))
+    information = np.stack([inverse(link.covariance) for link in links])
     return first, second, relative, information, np.array([link.robust for link in links])
 
 
-def _pattern(first: NDArray[np.int64], second: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return rows and columns of the entries of each link's blocks (E, 2, 2, 3, 3), and of those that fix the first."""
-    nodes = np.stack((first, second), axis=1)
-    rows = np.empty((len(first), 2, 2, 3, 3), np.int64)
-    cols = np.empty_like(rows)
-    axis = np.arange(3)
-    rows[:] = 3 * nodes[:, :, None, None, None] + axis[None, None, None, :, None]
-    cols[:] = 3 * nodes[:, None, :, None, None] + axis[None, None, None, None, :]
-    return np.append(rows.ravel(), axis), np.append(cols.ravel(), axis)
+def _envelope(
+    first: NDArray[np.int64], second: NDArray[np.int64], count: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return where each row of the equations begins, (3 K + 1,), and its first column (3 K,)."""
+    lowest = np.arange(count)
+    np.minimum.at(lowest, np.maximum(first, second), np.minimum(first, second))
+    columns = np.repeat(3 * lowest, 3)
+    return np.append(0, np.cumsum(np.arange(3 * count) - columns + 1)), columns
+
+
+@njit(cache=True)
+def _fill(
+    values: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    blocks: NDArray[np.float64],
+    first: NDArray[np.int64],
+    second: NDArray[np.int64],
+) -> None:
+    """Add the blocks of all links to the lower triangle."""
+    for k in range(first.size):
+        nodes = (first[k], second[k])
+        for u in range(2):
+            for v in range(2):
+                for i in range(3):
+                    row = 3 * nodes[u] + i
+                    for j in range(3):
+                        col = 3 * nodes[v] + j
+                        if col <= row:
+                            values[starts[row] + col - columns[row]] += blocks[k, u, v, i, j]
+
+
+@njit(cache=True)
+def _product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    result = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                result[i, j] += a[i, k] * b[k, j]
+    return result
 
 
 def linearised(
@@ -150,12 +180,11 @@ def _linearised(
         jacobian[0, 0, 2], jacobian[0, 1, 2] = c * dy - s * dx, -c * dx - s * dy
         weighted = information[k]
         if robust[k]:
-            squared = errors[k] @ weighted @ errors[k]
-            weighted = weighted / (1.0 + squared / robust_deviations**2)
+            weighted = weighted / (1.0 + squared_distance(errors[k], weighted) / robust_deviations**2)
         for u in range(2):
             node = 3 * (first[k] if u == 0 else second[k])
-            pull = jacobian[u].T @ weighted
-            gradient[node : node + 3] += pull @ errors[k]
+            pull = _product(jacobian[u].T, weighted)
+            gradient[node : node + 3] += product(pull, errors[k])
             for v in range(2):
-                blocks[k, u, v] = pull @ jacobian[v]
+                blocks[k, u, v] = _product(pull, jacobian[v])
     return blocks, gradient

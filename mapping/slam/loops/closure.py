@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from mapping.slam.graph.pose_graph import chi_squared, optimise_poses, relative_covariances
+from mapping.slam.linear_algebra import transformed
 from mapping.slam.link import Link
 from mapping.slam.loops.registration import Candidate, Loop, register, sub_map
 from mapping.slam.planar import between, compose, rotation
@@ -100,7 +101,7 @@ class KeyframeGraph:
                 continue
             turn = rotation(-self.poses[frame, 2])
             relative = between(self.poses[frame], self.poses[latest])
-            chosen.append(Candidate(frame, latest, relative, turn @ covariances[index] @ turn.T))
+            chosen.append(Candidate(frame, latest, relative, transformed(turn, covariances[index])))
             if len(chosen) == settings.candidates:
                 break
         return chosen

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.slam.correlation import LikelihoodField, correlate, likelihood_field, peaks, search_angles, thinned
+from mapping.slam.linear_algebra import inverse, squared_distance
 from mapping.slam.link import Link
 from mapping.slam.loops.visibility import count_agreement, free_space
 from mapping.slam.planar import between, compose, move_points, turn_vectors
@@ -27,6 +28,9 @@ QUERY_POINTS = 400
 
 HIT_TOLERANCE = 0.15
 """Distance from a wall [m] within which a point hits it: a wall's cell and the noise of a usual lidar."""
+
+LARGEST_VARIANCE = 1000.0
+"""Variance of a registration [m^2, rad^2] beyond which it says nothing."""
 
 START_DEVIATIONS = (0.3, 0.3, 0.1)
 """Standard deviations of the place that the correlation found [m, m, rad]."""
@@ -100,7 +104,8 @@ def register(
         return None
     match = _matched(query.scan, target.scan, places[0][1], voxel, settings)
     information = loops.information * match.information
-    if np.linalg.eigvalsh(information)[0] < 1e-3:
+    spread = inverse(information)
+    if not 0.0 < spread.diagonal().min() <= spread.diagonal().max() < LARGEST_VARIANCE:
         return None
     evidence = _evidence(query, target, match.pose, fine, voxel / settings.local_map.voxel_deviations)
     evidence = replace(
@@ -109,7 +114,7 @@ def register(
         mahalanobis_squared=_mahalanobis_squared(match.pose, candidate, loops),
     )
     least = np.diag(np.square([loops.deviation, loops.deviation, loops.yaw_deviation]))
-    covariance = np.linalg.inv(information) + level**2 * least
+    covariance = spread + level**2 * least
     link = Link(candidate.first, candidate.second, match.pose, covariance, robust=True)
     return Loop(link, evidence, _refusal(evidence, covariance, loops))
 
@@ -171,7 +176,7 @@ def _mahalanobis_squared(pose: NDArray[np.float64], candidate: Candidate, settin
     off = pose - candidate.relative
     off[2] = math.remainder(off[2], math.tau)
     least = np.diag(np.square([settings.deviation, settings.deviation, settings.yaw_deviation]))
-    return float(off @ np.linalg.solve(4.0 * candidate.covariance + least, off))
+    return squared_distance(off, inverse(4.0 * candidate.covariance + least))
 
 
 def _evidence(
@@ -203,7 +208,8 @@ def _total_likelihood(field: LikelihoodField, points: NDArray[np.float64]) -> fl
 
 def _refusal(evidence: LoopEvidence, covariance: NDArray[np.float64], settings: LoopSettings) -> str | None:
     """Return the name of the first test that a loop fails, None if it passes all."""
-    position = math.sqrt(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
+    half, off = 0.5 * (covariance[0, 0] + covariance[1, 1]), 0.5 * (covariance[0, 0] - covariance[1, 1])
+    position = math.sqrt(half + math.hypot(off, covariance[0, 1]))
     passed = {
         "overlap": evidence.overlap >= settings.min_submap_overlap,
         "likelihood": evidence.likelihood >= settings.min_likelihood,

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mapping.slam.planar import inverse
+from mapping.slam.linear_algebra import inverse, product
 from mapping.slam.settings import MatchSettings
 from mapping.slam.tracking.points import ScanPoints
 from mapping.slam.tracking.surfels import SAME_SURFACE, SurfelMap
@@ -86,7 +86,7 @@ def _gauss_newton(
     for _ in range(iterations):
         off = pose - mean
         off[2] = math.atan2(math.sin(off[2]), math.cos(off[2]))
-        step = np.linalg.solve(information + prior, -(gradient + prior @ off))
+        step = -product(inverse(information + prior), gradient + product(prior, off))
         pose += step
         settled = reach == last_reach and abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
         reach = max(reach * shrink, last_reach)

@@ -63,7 +63,8 @@ def range_deviation(scans: tuple[LidarScan, ...], settings: PointSettings) -> Ra
     for part in np.array_split(order, RANGE_BINS):
         centres.append(float(np.median(middle[part])))
         deviations.append(1.4826 * float(np.median(bend[part])))
-    slope, offset = np.polyfit(centres, deviations, 1) if np.ptp(centres) > 0.1 else (0.0, float(np.median(deviations)))
+    x, y = np.array(centres) - np.mean(centres), np.array(deviations) - np.mean(deviations)
+    slope = float((x * y).sum() / (x * x).sum()) if np.ptp(centres) > 0.1 else 0.0
     slope = float(np.clip(slope, *SLOPES))
     offset = float(np.median(np.array(deviations) - slope * np.array(centres)))
     return RangeDeviation(max(offset, settings.least_deviation), slope)

@@ -18,8 +18,9 @@ from mapping.slam.correlation import (
     search_angles,
     thinned,
 )
+from mapping.slam.linear_algebra import inverse, product, transformed
 from mapping.slam.link import Link
-from mapping.slam.planar import between, compose, inverse, move_points, rotation, turn_vectors
+from mapping.slam.planar import between, compose, move_points, rotation, turn_vectors
 from mapping.slam.settings import LocalMapSettings, SlamSettings
 from mapping.slam.tracking.matching import Match, match_scan
 from mapping.slam.tracking.motion import OdometryLevel, motion_covariance
@@ -31,6 +32,9 @@ SEARCH_CELL = 0.2
 
 SEARCH_POINTS = 200
 """Points of the scan that the correlation uses."""
+
+LARGEST_VARIANCE = 1.0
+"""A scan whose pose is less certain [m^2, rad^2] shows nothing of the odometry."""
 
 SHARE_GAIN = 0.05
 """Weight of a scan in the running mean of the share of points that find a surfel."""
@@ -145,7 +149,7 @@ class Tracker:
         moved = between(self.odometry[last.scan], self.odometry[index])
         unit = motion_covariance(self._path, self._turned, motion)
         turn = rotation(last.pose[2] + 0.5 * moved[2])
-        covariance = turn @ (self.noise.level**2 * unit) @ turn.T
+        covariance = transformed(turn, self.noise.level**2 * unit)
         return _Prediction(compose(last.pose, moved), guess, covariance, turn, unit)
 
     def _velocity_step(self, index: int) -> NDArray[np.float64]:
@@ -200,13 +204,17 @@ class Tracker:
 
     def _learn(self, match: Match, prediction: _Prediction) -> None:
         """Compare odometry with the scan alone, whose pose follows from that of both together."""
-        if prediction.unit is None or np.linalg.eigvalsh(match.information)[0] < 1.0:
+        if prediction.unit is None or match.share == 0.0:
+            return
+        scan = inverse(match.information)
+        if not 0.0 < scan.diagonal().max() < LARGEST_VARIANCE:
             return
         off = match.pose - prediction.pose
         off[2] = math.remainder(off[2], math.tau)
         turn = prediction.turn
-        difference = turn.T @ np.linalg.solve(match.information, (match.information + match.prior) @ off)
-        measured = turn.T @ inverse(match.information) @ turn
+        back = turn.T.copy()
+        difference = product(back, product(scan, product(match.information + match.prior, off)))
+        measured = transformed(back, scan)
         self.noise.add(difference, np.diag(prediction.unit), np.diag(measured))
 
     def _add_keyframe(self, scan: int, pose: NDArray[np.float64], points: ScanPoints) -> None:
@@ -234,7 +242,9 @@ class Tracker:
             turn = rotation(a[2])
             drift = self.noise.level**2 * way * np.diag(np.square([rule.drift, rule.drift, rule.yaw_drift]))
             scale = 1.0 if back == 1 else 2.0
-            track.links.append(Link(first, number, between(a, b), scale * turn.T @ covariance @ turn + drift))
+            track.links.append(
+                Link(first, number, between(a, b), scale * transformed(turn.T.copy(), covariance) + drift)
+            )
 
 
 def surfels_of(
