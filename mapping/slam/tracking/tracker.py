@@ -36,6 +36,12 @@ SEARCH_POINTS = 200
 LARGEST_VARIANCE = 1.0
 """A scan whose pose is less certain [m^2, rad^2] shows nothing of the odometry."""
 
+SLIP_GAIN = 0.2
+"""More of the points must find a surfel where the wheels are said to have slipped, by this share of all."""
+
+SLIP_POINTS = 60
+"""Fewer points fit in many places."""
+
 SHARE_GAIN = 0.05
 """Weight of a scan in the running mean of the share of points that find a surfel."""
 
@@ -183,7 +189,8 @@ class Tracker:
         window = np.diag(np.square([settings.search_shift, settings.search_shift, settings.search_turn]))
         loose = inverse(prediction.covariance + window)  # the wheels may have slipped
         other = match_scan(points, self._surfels, start, (prediction.pose, loose if near else prior), settings)
-        return other if other.share > match.share else match
+        least = max(match.share + SLIP_GAIN, settings.least_share * self._usual_share) if near else match.share
+        return other if other.share > least and len(points.points) >= SLIP_POINTS else match
 
     def _correlated(
         self, points: ScanPoints, pose: NDArray[np.float64], spread: NDArray[np.float64]
