@@ -19,7 +19,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "map": ("mapquilt.cli.verbs.map:map_logs", "Draw the maps of real robots' logs."),
         "merge": ("mapquilt.cli.verbs.merge:merge", "Find the transforms between maps and merge them."),
         "score": ("mapquilt.cli.verbs.score:score", "Compare a run's merge with the ground truth."),
-        "slam-eval": ("mapquilt.cli.verbs.slam_eval:slam_eval", "Measure the errors of a trajectory."),
+        "slam-eval": ("mapquilt.cli.verbs.slam_eval:slam_eval", "Evaluate a trajectory."),
         "worlds": ("mapquilt.cli.verbs.worlds:worlds_app", "List, draw and write worlds."),
         "lidars": ("mapquilt.cli.verbs.lidars:lidars", "List the lidar presets."),
         "dataset": ("mapquilt.cli.verbs.dataset:app", "Make and inspect data sets of map pairs."),

@@ -28,7 +28,7 @@ GoalOption = Annotated[
 ]
 ReplayOption = Annotated[
     list[Path] | None,
-    typer.Option("--replay", metavar="FILE", help="TUM file with the poses of a robot in the world. Repeatable."),
+    typer.Option("--replay", metavar="FILE", help="TUM trajectory for a robot to follow in the world. Repeatable."),
 ]
 RobotsFile = Annotated[Path | None, typer.Option(help="YAML file with the settings of each robot.")]
 OverlapOption = Annotated[

@@ -36,11 +36,11 @@ PosesOption = Annotated[
 ScaleOption = Annotated[
     str, typer.Option(help="Scale error of the stated resolution: hidden (0.5 to 2), honest (none), or LO:HI.")
 ]
-MaxRotation = Annotated[float, typer.Option(help="Greatest rotation of the map frames, in both directions [degrees].")]
-MaxOffset = Annotated[float, typer.Option(help="Greatest shift of the map frames in x and y [stated m].")]
+MaxRotation = Annotated[float, typer.Option(help="Map frames are turned by up to this, either way [degrees].")]
+MaxOffset = Annotated[float, typer.Option(help="Map frames are shifted by up to this in x and y [stated m].")]
 Resolution = Annotated[float, typer.Option(help="Cell size of the robots' grids [m].")]
 Model = Annotated[str, typer.Option(help="Inverse sensor model: octomap, hector, cartographer, counting, karto.")]
-ClearRange = Annotated[float, typer.Option(help="Range that a beam without a return clears [m]; 0 clears nothing.")]
+ClearRange = Annotated[float, typer.Option(help="Length of free space to mark along a beam without a return [m].")]
 
 
 def sample_settings(

@@ -47,15 +47,15 @@ def map_logs(
     resolution: Resolution = 0.05,
     model: Model = "octomap",
     clear_range: ClearRange = 0.0,
-    start: Annotated[float, typer.Option(help="Begin so long after the first scan [s].")] = 0.0,
+    start: Annotated[float, typer.Option(help="Skip the first seconds of the log [s].")] = 0.0,
     end: Annotated[
-        float | None, typer.Option(help="End so long after the first scan [s]; default: at the last scan.")
+        float | None, typer.Option(help="Stop this long after the first scan [s]; default: at the last one.")
     ] = None,
-    parts: Annotated[int, typer.Option(help="Cut each log into so many maps, as of several robots.")] = 1,
-    max_rate: Annotated[float, typer.Option(help="Use at most so many scans per second [Hz].")] = 10.0,
+    parts: Annotated[int, typer.Option(help="Number of maps per log, as if from several robots.")] = 1,
+    max_rate: Annotated[float, typer.Option(help="Maximum scan rate [Hz]; faster logs are subsampled.")] = 10.0,
     scan_topic: Annotated[str | None, typer.Option(help="Topic of the scans, if a bag has several.")] = None,
     odom_topic: Annotated[
-        str | None, typer.Option(help="Topic of the odometry; default: from tf, or the only one.")
+        str | None, typer.Option(help="nav_msgs/Odometry topic; default: tf, else the only topic.")
     ] = None,
     odometry: Annotated[
         Path | None, typer.Option(metavar="TUM", help="Trajectory file to use in place of the log's odometry.")
@@ -72,7 +72,7 @@ def map_logs(
         ),
     ] = None,
 ) -> int:
-    """Draw the map of a real robot's log, and write it with the trajectory, the pose graph and a picture.
+    """Build the map of a robot's log; write map, trajectory, pose graph and a picture.
 
     Example: mapquilt map floor.bag --out maps/floor
     """

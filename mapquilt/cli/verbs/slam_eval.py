@@ -38,23 +38,23 @@ def slam_eval(
         typer.Option(metavar="FILE", help="Relations: lines `stamp1 stamp2 x y z roll pitch yaw` [s, m, rad]."),
     ] = None,
     poses: Annotated[str, typer.Option(help=f"Poses of ESTIMATE if it is a log: {', '.join(POSES)}.")] = POSES[0],
-    robot: Annotated[str | None, typer.Option(help="Robot to take, if a run has several.")] = None,
+    robot: Annotated[str | None, typer.Option(help="Robot to evaluate, if a run has several.")] = None,
     metres: Annotated[
         list[float] | None,
-        typer.Option(help="Window of relative errors along the path [m]. Repeatable. [default: 1, 10]"),
+        typer.Option(help="Path length of relative errors [m]. Repeatable. [default: 1, 10]"),
     ] = None,
     seconds: Annotated[
-        list[float] | None, typer.Option(help="Window of relative errors in time [s]. Repeatable. [default: 1]")
+        list[float] | None, typer.Option(help="Time span of relative errors [s]. Repeatable. [default: 1]")
     ] = None,
     max_difference: Annotated[
-        float, typer.Option(help="Greatest difference of stamps that belong together [s].")
+        float, typer.Option(help="Largest difference of the stamps of one pose [s].")
     ] = MAX_DIFFERENCE,
     out: Annotated[
         Path | None, typer.Option(parser=path, help=f"Folder to write: {RECORD} and, with a reference, {PICTURE}.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only the record, on standard output.")] = False,
 ) -> int:
-    """Measure a trajectory against a reference, over relations, or both.
+    """Evaluate a trajectory against a reference, known relative poses, or both.
 
     Example: mapquilt slam-eval maps/floor --reference floor.log.gz
     """
