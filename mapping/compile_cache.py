@@ -5,6 +5,8 @@ from __future__ import annotations
 import atexit
 import shutil
 import tempfile
+from pathlib import Path
+from typing import Any
 
 import numba
 
@@ -21,6 +23,12 @@ def ensure_compile_cache() -> None:
         folder = tempfile.mkdtemp(prefix="mapquilt-")
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
+
+
+def is_compiled(function: Any) -> bool:
+    """Return whether numba has a compiled version of a cached function on disk or in memory."""
+    folder, module = Path(function.stats.cache_path), function.__module__.rpartition(".")[2]
+    return bool(function.signatures) or any(folder.glob(f"{module}.{function.__name__}-*.nbi"))
 
 
 def _probe() -> None:

@@ -16,6 +16,14 @@ def _bar(*columns: str) -> Progress:
     return Progress(*parts, console=console, transient=True, disable=not console.is_terminal)
 
 
+def mapping_label() -> str:
+    """Name the work of mapping; say so if SLAM must be compiled first, which takes some 20 s, once."""
+    from mapping.compile_cache import is_compiled
+    from mapping.slam.tracking.matching import register_points
+
+    return "mapping" if is_compiled(register_points) else "mapping (first, once, compiling SLAM)"
+
+
 @contextmanager
 def mission_progress(duration: float) -> Iterator[tuple[Callable[[float], None], Callable[[int, int], None]]]:
     """Show the simulated time with its real-time factor, and below it the steps of mapping.
@@ -24,7 +32,7 @@ def mission_progress(duration: float) -> Iterator[tuple[Callable[[float], None],
     """
     with _bar("{task.description}", "{task.completed:.0f}/{task.total:.0f}", "{task.fields[note]}") as bar:
         driving = bar.add_task("simulating", total=duration, note="s")
-        mapping = bar.add_task("mapping", total=1.0, note="steps", start=False, visible=False)
+        mapping = bar.add_task(mapping_label(), total=1.0, note="steps", start=False, visible=False)
 
         def simulated(done: float) -> None:
             elapsed = bar.tasks[0].elapsed or 0.0

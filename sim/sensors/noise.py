@@ -1,4 +1,8 @@
-"""Set the noise of all sensors, by a level or by single components."""
+"""Join the noise of all sensors, set by a level or by single components.
+
+To add a term, add a field to ``RangeNoise`` (range_noise.py), ``OdometryNoise`` (odometry.py) or ``Adversity``
+(adversity/settings.py): it is then a component by itself.
+"""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def match_scan(
     """
     mean, prior = prediction
     reach = min(max(settings.reach_voxels * surfels.voxel, settings.least_reach), settings.greatest_reach)
-    pose, information, share, chi = _gauss_newton(
+    pose, information, share, chi = register_points(
         scan.points,
         scan.normals,
         scan.deviations,
@@ -66,7 +66,7 @@ def match_scan(
 
 
 @njit(cache=True)
-def _gauss_newton(
+def register_points(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
     deviations: NDArray[np.float64],

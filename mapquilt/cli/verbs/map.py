@@ -16,7 +16,7 @@ from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import path
 from mapquilt.cli.options.sensing import ClearRange, MapperOption, Model, Resolution, require_no_poses
 from mapquilt.cli.tables import print_table, warn
-from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.progress import count_progress, mapping_label
 from mapquilt.leaves import split_assignment, with_assignments
 from mapquilt.logs.load_log import LogSource, NamedLog, load_log
 from mapquilt.logs.log_map import LOG_POSES, REFERENCE, LogMap, cut_logs, draw_log
@@ -124,7 +124,7 @@ def _load(paths: Sequence[Path], source: LogSource) -> tuple[NamedLog, ...]:
 def _draw(logs: Sequence[NamedLog], settings: MappingSettings) -> list[LogMap]:
     total = sum(len(log.recorded.log.scans) for log in logs)
     before, drawn = 0, []
-    with count_progress("mapping scans") as on_progress:
+    with count_progress(f"{mapping_label()}, scans") as on_progress:
         for index, log in enumerate(logs):
             drawn.append(draw_log(log, settings, lambda done, before=before: on_progress(before + done, total), index))  # type: ignore[misc]
             before += len(log.recorded.log.scans)

@@ -23,7 +23,7 @@ from mapquilt.cli.options.sensing import (
     sample_settings,
 )
 from mapquilt.cli.tables import count_of_maps, print_table
-from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.progress import count_progress, mapping_label
 from mapquilt.runs.stages import run_seed, sense_run
 
 
@@ -61,7 +61,7 @@ def sense(
         changes=components or (),
         seed=run_seed(run) if seed is None else seed,
     )
-    with count_progress("mapping") as on_mapping:
+    with count_progress(mapping_label()) as on_mapping:
         mission = sense_run(run, out, settings, on_mapping)
     made = count_of_maps(len(mission.robots) * parts)
     print_table(f"{out}: {made} of {mission.world.name} from {run}, noise {noise:g}")
