@@ -41,9 +41,14 @@ def _outcome(app: typer.Typer, arguments: list[str], name: str) -> tuple[int, st
     return status, "interrupted" if status == INTERRUPTED else None
 
 
-def _is_interrupt(error: Exception) -> bool:
-    """Check whether an interrupt caused an error, as one that arrives while numba converts the arguments of a call."""
-    return isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt)
+def _is_interrupt(error: BaseException) -> bool:
+    """Check whether an interrupt caused an error, as one that arrives while numba converts the arguments of a call.
+
+    CPython reports it as a ``SystemError``, once for each call that returns through compiled code.
+    """
+    while isinstance(error, SystemError) and error.__cause__ is not None:
+        error = error.__cause__
+    return isinstance(error, KeyboardInterrupt)
 
 
 def _check_names(arguments: list[str]) -> None:

@@ -441,9 +441,15 @@ def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_r
     assert command("sense", merged_run, "--out", fresh_run) == 0
 
 
-def test_an_interrupt_that_numba_reports_as_an_error_of_its_own_is_an_interrupt(capsys, monkeypatch, merged_run):
+@pytest.mark.parametrize("calls", [1, 3])
+def test_an_interrupt_that_numba_reports_as_an_error_of_its_own_is_an_interrupt(capsys, monkeypatch, merged_run, calls):
     def interrupted(run):
-        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+        error = KeyboardInterrupt()
+        for _ in range(calls):
+            outer = SystemError("returned a result with an exception set")
+            outer.__cause__ = error
+            error = outer
+        raise error
 
     monkeypatch.setattr(mapquilt.cli.verbs.score, "score_run", interrupted)
     assert command("score", merged_run) == 130
