@@ -37,3 +37,11 @@ def require_valid(
                     raise ValueError(f"{name} is {number}, must not be negative")
             elif field.name not in signed and not number > 0.0:
                 raise ValueError(f"{name} is {number}, must be positive")
+
+
+def require_ordered(settings: Any, *names: str) -> None:
+    """Check that fields of two numbers, low and high, are in order. Raises ``ValueError`` as ``require_valid`` does."""
+    for name in names:
+        low, high = getattr(settings, name)
+        if low > high:
+            raise ValueError(f"{type(settings).__name__}: {name} is {low:g}:{high:g}, must be in order")

@@ -92,6 +92,11 @@ def search_angles(window: float, step: float) -> NDArray[np.float64]:
     return np.linspace(-window, window, 2 * count + 1)
 
 
+def angle_step(points: NDArray[np.float64], cell: float) -> float:
+    """Return the angle [rad] that moves most of the points (N, 2) by no more than a cell [m]."""
+    return cell / max(float(np.percentile(np.hypot(*points.T), 75.0)), 1.0)
+
+
 def thinned(points: NDArray[np.float64], cell: float, most: int) -> NDArray[np.float64]:
     """Keep one point of each cell [m], and of these at most ``most``, evenly spread over their order."""
     _, kept = np.unique(np.floor(points / cell).astype(np.int64), axis=0, return_index=True)

@@ -78,13 +78,11 @@ def _registered(
     tracker: Tracker, poses: NDArray[np.float64], surfels: SurfelMap | None, settings: SlamSettings
 ) -> NDArray[np.float64]:
     """Register each scan to the surfels of the whole map, near its pose (N, 3)."""
-    if surfels is None:
-        return poses
     deviation, yaw = settings.adjustment.scan_deviation, settings.adjustment.scan_yaw_deviation
     prior = np.diag(1.0 / np.square([deviation, deviation, yaw]))
-    registered = poses.copy()
-    for index, pose in enumerate(poses):
-        points = tracker.points_of(index)
-        if len(points.points):
-            registered[index] = match_scan(points, surfels, pose, (pose, prior), settings.match).pose
-    return registered
+    return np.stack(
+        [
+            match_scan(tracker.points_of(index), surfels, pose, (pose, prior), settings.match).pose
+            for index, pose in enumerate(poses)
+        ]
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mapping.validation import require_valid
+from mapping.validation import require_ordered, require_valid
 
 TRUE_POSES = "truth"
 """Not a front end: the true poses, which no robot knows."""
@@ -71,9 +71,7 @@ class MatchSettings:
     - ``iterations``: number of steps, at most;
     - ``first_reach`` [m]: distance within which a point seeks its surfel at first; each step multiplies it by
       ``shrink`` until it is ``reach_voxels`` voxels, within ``least_reach`` and ``greatest_reach`` [m];
-    - ``outlier_deviations``: distance in standard deviations at which a point keeps a quarter of its weight;
-    - ``least_share``: if fewer points than this share of the usual number find a surfel, the pose is sought by
-      correlation as well, within ``search_shift`` [m] and ``search_turn`` [rad] or the deviations of the prediction.
+    - ``outlier_deviations``: distance in standard deviations at which a point keeps a quarter of its weight.
     """
 
     iterations: int = 15
@@ -83,14 +81,39 @@ class MatchSettings:
     least_reach: float = 0.2
     greatest_reach: float = 0.4
     outlier_deviations: float = 3.0
-    least_share: float = 0.75
-    search_shift: float = 0.6
-    search_turn: float = 0.8
 
     def __post_init__(self) -> None:
-        require_valid(self, shares=("least_share",))
+        require_valid(self)
         if self.shrink >= 1.0:
             raise ValueError(f"MatchSettings: shrink is {self.shrink}, must be less than 1")
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Search a scan in the local map by correlation, if the prediction is uncertain or the scan fits badly.
+
+    - ``deviations``: half the window, in standard deviations of the prediction, within ``shift`` [m] and ``turn``
+      [rad];
+    - ``cell`` [m]: cell of the correlation; ``points``: points of the scan that it uses;
+    - ``fewest_points``: smaller scans fit in many places and are not searched;
+    - ``least_share``: a scan fits badly if fewer of its points find a surfel than this share of the usual number;
+    - ``share_gain``: weight of a scan in the running mean that tells the usual number;
+    - ``slip_gain``: the wheels have slipped if so many more of all points find a surfel at the place found.
+    """
+
+    deviations: float = 3.0
+    shift: tuple[float, float] = (0.6, 3.0)
+    turn: tuple[float, float] = (0.8, 1.0)
+    cell: float = 0.2
+    points: int = 200
+    fewest_points: int = 60
+    least_share: float = 0.75
+    share_gain: float = 0.05
+    slip_gain: float = 0.2
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("least_share", "share_gain", "slip_gain"))
+        require_ordered(self, "shift", "turn")
 
 
 @dataclass(frozen=True)
@@ -101,6 +124,7 @@ class MotionSettings:
       ``translation_from_rotation``: standard deviations for one metre or one radian of motion, at level 1;
     - ``first_level``: level of the odometry's noise until ``window`` keyframes show the real one, which lies within
       ``least_level`` and ``greatest_level``;
+    - ``largest_variance`` [m^2, rad^2]: a scan whose pose is less certain shows nothing of the odometry;
     - ``odometry``: False predicts a constant velocity instead, which changes by ``acceleration`` [m/s^2] and
       ``turn_acceleration`` [rad/s^2].
     """
@@ -113,6 +137,7 @@ class MotionSettings:
     least_level: float = 0.7
     greatest_level: float = 20.0
     window: int = 40
+    largest_variance: float = 1.0
     odometry: bool = True
     acceleration: float = 2.0
     turn_acceleration: float = 6.0
@@ -202,10 +227,7 @@ class LoopSettings:
             shares=("min_submap_overlap", "min_likelihood", "min_agreement", "information"),
             not_negative=("max_runner_up", "max_mahalanobis_squared"),
         )
-        for name in ("shift", "turn"):
-            low, high = getattr(self, name)
-            if low > high:
-                raise ValueError(f"LoopSettings: {name} is {low}:{high}, must be in order")
+        require_ordered(self, "shift", "turn")
 
 
 @dataclass(frozen=True)
@@ -238,6 +260,7 @@ class SlamSettings:
     points: PointSettings = field(default_factory=PointSettings)
     local_map: LocalMapSettings = field(default_factory=LocalMapSettings)
     match: MatchSettings = field(default_factory=MatchSettings)
+    search: SearchSettings = field(default_factory=SearchSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     loops: LoopSettings = field(default_factory=LoopSettings)

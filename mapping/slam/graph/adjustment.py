@@ -19,13 +19,16 @@ from mapping.slam.linear_algebra import solve_upper
 from mapping.slam.link import Link
 from mapping.slam.planar import between, move_points, turn_each, turn_vectors
 from mapping.slam.settings import SlamSettings
-from mapping.slam.tracking.matching import nearest_surfel
+from mapping.slam.tracking.matching import last_reach, nearest_surfel
 from mapping.slam.tracking.motion import motion_covariance
-from mapping.slam.tracking.surfels import SurfelMap, build_surfels
+from mapping.slam.tracking.surfels import SurfelMap, surfel_map
 from mapping.slam.tracking.tracker import Tracker
 
 FIXED = 1e10
 """Information that keeps the first pose in its place."""
+
+DAMPING = 1e-6
+"""Added to the information of a line, whose turn a single point does not show."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +58,16 @@ def adjust(
     keyframes = tracker.track.keyframes
     group = -(-len(keyframes) // settings.adjustment.nodes)
     nodes = np.arange(0, len(keyframes), group)
-    grouped = _grouped(tracker, poses, nodes, group, settings)
+    grouped = _grouped(tracker, poses, nodes, settings)
     odometry = _odometry_links(tracker, nodes)
     solved = poses[nodes]
     surfels = None
     for _ in range(settings.adjustment.rounds):
-        surfels = _surfels(grouped, solved, tracker.voxel, settings)
+        surfels = surfel_map(*grouped.placed(solved), tracker.voxel, settings.local_map)
         if surfels is None or len(nodes) < 2:
             break
         solved = _solve_round(grouped, solved, surfels, odometry, settings)
-    surfels = _surfels(grouped, solved, tracker.voxel, settings)
+    surfels = surfel_map(*grouped.placed(solved), tracker.voxel, settings.local_map)
     return moved_with_nodes(poses, nodes, solved), surfels
 
 
@@ -95,7 +98,7 @@ def _carried(poses: NDArray[np.float64], old: NDArray[np.float64], new: NDArray[
 
 
 def _grouped(
-    tracker: Tracker, poses: NDArray[np.float64], nodes: NDArray[np.int64], group: int, settings: SlamSettings
+    tracker: Tracker, poses: NDArray[np.float64], nodes: NDArray[np.int64], settings: SlamSettings
 ) -> GroupedPoints:
     """Collect the points of evenly chosen scans of each node, in its frame."""
     track = tracker.track
@@ -132,15 +135,6 @@ def _odometry_links(tracker: Tracker, nodes: NDArray[np.int64]) -> list[Link]:
     return links
 
 
-def _surfels(
-    grouped: GroupedPoints, poses: NDArray[np.float64], voxel: float, settings: SlamSettings
-) -> SurfelMap | None:
-    points, normals = grouped.placed(poses)
-    if len(points) == 0:
-        return None
-    return build_surfels(points, normals, voxel, settings.local_map.line_ratio, settings.local_map.roughness)
-
-
 def _solve_round(
     grouped: GroupedPoints,
     poses: NDArray[np.float64],
@@ -150,8 +144,7 @@ def _solve_round(
 ) -> NDArray[np.float64]:
     """Assign the points to lines, and optimise."""
     match = settings.match
-    reach = min(max(match.reach_voxels * surfels.voxel, match.least_reach), match.greatest_reach)
-    lines = _associate(*grouped.placed(poses), surfels, reach)
+    lines = _associate(*grouped.placed(poses), surfels, last_reach(surfels.voxel, match))
     order = np.lexsort((grouped.owners, lines))
     order = order[lines[order] >= 0]
     points, deviations, owners = grouped.points[order], grouped.deviations[order], grouped.owners[order]
@@ -221,77 +214,100 @@ def _line_equations(
 
     ``points`` (N, 2) are in the frame of their owner; they are sorted by line, then by owner.
     """
-    size = 3 * poses.shape[0]
-    hessian, gradient = np.zeros((size, size)), np.zeros(size)
-    most = poses.shape[0]
-    seen = np.empty(most, np.int64)
-    mixed, own, pull = np.empty((most, 3, 2)), np.empty((most, 3, 3)), np.empty((most, 3))
-    start = 0
-    total = lines.size
+    count = poses.shape[0]
+    hessian, gradient = np.zeros((3 * count, 3 * count)), np.zeros(3 * count)
+    seen = np.empty(count, np.int64)
+    own, mixed, pull = np.empty((count, 3, 3)), np.empty((count, 3, 2)), np.empty((count, 3))
+    block, force = np.empty((2, 2)), np.empty(2)
+    start, total = 0, lines.size
     while start < total:
         line = lines[start]
         stop = start
         while stop < total and lines[stop] == line:
             stop += 1
-        nx, ny = normals[line]
-        count = -1
-        last = -1
-        block, force = np.zeros((2, 2)), np.zeros(2)
+        number, last = 0, -1
+        block[:], force[:] = 0.0, 0.0
         for i in range(start, stop):
             owner = owners[i]
             if owner != last:
-                count += 1
-                seen[count] = owner
-                mixed[count], own[count], pull[count] = 0.0, 0.0, 0.0
-                last = owner
-            c, s = math.cos(poses[owner, 2]), math.sin(poses[owner, 2])
-            rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
-            dx, dy = poses[owner, 0] + rx - means[line, 0], poses[owner, 1] + ry - means[line, 1]
-            error, along = nx * dx + ny * dy, ny * dx - nx * dy
+                seen[number] = last = owner
+                own[number], mixed[number], pull[number] = 0.0, 0.0, 0.0
+                number += 1
+            k = number - 1
             noise = deviations[i] ** 2 + roughness**2
-            squared = error * error / noise
-            weight = 1.0 / (1.0 + squared / (outlier * outlier)) ** 2 / noise
-            turn = ny * rx - nx * ry
-            a0, a1, a2 = nx, ny, turn
-            b0, b1 = along, -1.0
-            own[count, 0, 0] += weight * a0 * a0
-            own[count, 0, 1] += weight * a0 * a1
-            own[count, 0, 2] += weight * a0 * a2
-            own[count, 1, 1] += weight * a1 * a1
-            own[count, 1, 2] += weight * a1 * a2
-            own[count, 2, 2] += weight * a2 * a2
-            mixed[count, 0, 0] += weight * a0 * b0
-            mixed[count, 1, 0] += weight * a1 * b0
-            mixed[count, 2, 0] += weight * a2 * b0
-            mixed[count, 0, 1] += weight * a0 * b1
-            mixed[count, 1, 1] += weight * a1 * b1
-            mixed[count, 2, 1] += weight * a2 * b1
-            pull[count, 0] += weight * a0 * error
-            pull[count, 1] += weight * a1 * error
-            pull[count, 2] += weight * a2 * error
-            block[0, 0] += weight * b0 * b0
-            block[0, 1] += weight * b0 * b1
-            block[1, 1] += weight * b1 * b1
-            force[0] += weight * b0 * error
-            force[1] += weight * b1 * error
+            wall = means[line], normals[line]
+            _add_point(points[i], poses[owner], wall, noise, outlier, own[k], mixed[k], pull[k], block, force)
         start = stop
-        if count < 1:
-            continue
-        block[1, 0] = block[0, 1]
-        block[0, 0] += 1e-6
-        block[1, 1] += 1e-6
-        determinant = block[0, 0] * block[1, 1] - block[0, 1] ** 2
-        i00, i01, i11 = block[1, 1] / determinant, -block[0, 1] / determinant, block[0, 0] / determinant
-        for p in range(count + 1):
-            k = 3 * seen[p]
-            for u in range(3):
-                for v in range(u, 3):
-                    hessian[k + u, k + v] += own[p, u, v]
-                m0 = mixed[p, u, 0] * i00 + mixed[p, u, 1] * i01
-                m1 = mixed[p, u, 0] * i01 + mixed[p, u, 1] * i11
-                gradient[k + u] += pull[p, u] - m0 * force[0] - m1 * force[1]
-                for q in range(p, count + 1):
-                    j = 3 * seen[q]
-                    for v in range(3):
-                        hessian[k + u, j + v] -= m0 * mixed[q, v, 0] + m1 * mixed[q, v, 1]
+        if number > 1:
+            _eliminate(hessian, gradient, seen[:number], own, mixed, pull, block, force)
     return hessian, gradient
+
+
+@njit(cache=True)
+def _add_point(
+    point: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    wall: tuple[NDArray[np.float64], NDArray[np.float64]],
+    noise: float,
+    outlier: float,
+    own: NDArray[np.float64],
+    mixed: NDArray[np.float64],
+    pull: NDArray[np.float64],
+    block: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    """Add the distance of a point from its line to the equations of the pose, ``own`` (3, 3) and ``pull`` (3,), of the
+    line, ``block`` (2, 2) and ``force`` (2,), and of both, ``mixed`` (3, 2).
+
+    ``wall`` is the line's mean (2,) and normal (2,); its unknowns are a turn about the mean, and a shift along the
+    normal. ``noise`` [m^2] is the variance of the distance.
+    """
+    mean, normal = wall
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    rx, ry = c * point[0] - s * point[1], s * point[0] + c * point[1]
+    dx, dy = pose[0] + rx - mean[0], pose[1] + ry - mean[1]
+    nx, ny = normal[0], normal[1]
+    error = nx * dx + ny * dy
+    squared = error * error / noise
+    weight = 1.0 / (1.0 + squared / (outlier * outlier)) ** 2 / noise
+    of_pose = (nx, ny, ny * rx - nx * ry)
+    of_line = (ny * dx - nx * dy, -1.0)
+    for u in range(3):
+        for v in range(u, 3):
+            own[u, v] += weight * of_pose[u] * of_pose[v]
+        for v in range(2):
+            mixed[u, v] += weight * of_pose[u] * of_line[v]
+        pull[u] += weight * of_pose[u] * error
+    for u in range(2):
+        for v in range(2):
+            block[u, v] += weight * of_line[u] * of_line[v]
+        force[u] += weight * of_line[u] * error
+
+
+@njit(cache=True)
+def _eliminate(
+    hessian: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+    seen: NDArray[np.int64],
+    own: NDArray[np.float64],
+    mixed: NDArray[np.float64],
+    pull: NDArray[np.float64],
+    block: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    """Add what a line says of the poses ``seen`` (M,) to the equations, without its own unknowns (Schur complement)."""
+    a, b, d = block[0, 0] + DAMPING, block[0, 1], block[1, 1] + DAMPING
+    determinant = a * d - b**2
+    i00, i01, i11 = d / determinant, -b / determinant, a / determinant
+    for p in range(seen.size):
+        k = 3 * seen[p]
+        for u in range(3):
+            for v in range(u, 3):
+                hessian[k + u, k + v] += own[p, u, v]
+            m0 = mixed[p, u, 0] * i00 + mixed[p, u, 1] * i01
+            m1 = mixed[p, u, 0] * i01 + mixed[p, u, 1] * i11
+            gradient[k + u] += pull[p, u] - m0 * force[0] - m1 * force[1]
+            for q in range(p, seen.size):
+                j = 3 * seen[q]
+                for v in range(3):
+                    hessian[k + u, j + v] -= m0 * mixed[q, v, 0] + m1 * mixed[q, v, 1]

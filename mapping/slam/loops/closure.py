@@ -20,17 +20,13 @@ KEPT_SCANS = 200
 
 
 class KeyframeGraph:
-    """Keyframe ``poses`` (K, 3) in the frame of the first, corrected by the ``loops`` found so far.
-
-    ``refused`` holds the registered candidates that failed a test, with its name.
-    """
+    """Keyframe ``poses`` (K, 3) in the frame of the first, corrected by the ``loops`` found so far."""
 
     def __init__(self, tracker: Tracker, settings: SlamSettings) -> None:
         self.tracker = tracker
         self.settings = settings
         self.poses = np.zeros((0, 3))
         self.loops: list[Loop] = []
-        self.refused: list[Loop] = []
         self._since_search = 0.0
         self._unsolved = 0
         self._distances = np.zeros(0)
@@ -72,13 +68,9 @@ class KeyframeGraph:
         self._distances = self.tracker.track.distances()
         for candidate in self._candidates(len(self.poses) - 1):
             loop = self._register(candidate)
-            if loop is None:
-                continue
-            if loop.refused is None:
+            if loop is not None and loop.refused is None:
                 self.loops.append(loop)
                 self._unsolved += 1
-            else:
-                self.refused.append(loop)
         if self._unsolved >= self.settings.loops.solve_every:
             self.solve()
 

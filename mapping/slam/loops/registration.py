@@ -9,7 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.slam.correlation import LikelihoodField, correlate, likelihood_field, peaks, search_angles, thinned
+from mapping.slam.correlation import (
+    LikelihoodField,
+    angle_step,
+    correlate,
+    likelihood_field,
+    peaks,
+    search_angles,
+    thinned,
+)
 from mapping.slam.linear_algebra import inverse, squared_distance
 from mapping.slam.link import Link
 from mapping.slam.loops.visibility import count_agreement, free_space
@@ -18,7 +26,7 @@ from mapping.slam.result import LoopEvidence
 from mapping.slam.settings import LoopSettings, SlamSettings
 from mapping.slam.tracking.matching import Match, match_scan
 from mapping.slam.tracking.points import ScanPoints
-from mapping.slam.tracking.surfels import build_surfels
+from mapping.slam.tracking.surfels import surfel_map
 
 FEWEST_POINTS = 20
 """Smaller sub-maps fit anywhere."""
@@ -125,7 +133,7 @@ def _search(
     """Correlate over the window of the prediction; return the best places, apart from one another."""
     spread = settings.deviations * np.sqrt(np.diag(candidate.covariance))
     reach = float(np.clip(max(spread[0], spread[1]), *settings.shift))
-    angles = search_angles(float(np.clip(spread[2], *settings.turn)), settings.cell / _far(points))
+    angles = search_angles(float(np.clip(spread[2], *settings.turn)), angle_step(points, settings.cell))
     scores = correlate(field, points, candidate.relative, reach, angles)
     found = peaks(scores, settings.cell, angles, (settings.apart, settings.apart_turn), settings.peaks)
     return [(score, candidate.relative + shift) for score, shift in found]
@@ -135,7 +143,7 @@ def _refined(
     field: LikelihoodField, points: NDArray[np.float64], places: list[Place], settings: LoopSettings
 ) -> list[Place]:
     """Search around each place in finer steps; return the best first."""
-    step = field.cell / _far(points)
+    step = angle_step(points, field.cell)
     angles = search_angles(2.0 * step, step)
     refined: list[Place] = []
     for _, pose in places:
@@ -145,16 +153,10 @@ def _refined(
     return sorted(refined, key=lambda place: -place[0])
 
 
-def _far(points: NDArray[np.float64]) -> float:
-    """Return the distance of most points [m]: one step in angle moves them by a cell."""
-    return max(float(np.percentile(np.hypot(*points.T), 75.0)), 1.0)
-
-
 def _matched(
     query: ScanPoints, target: ScanPoints, start: NDArray[np.float64], voxel: float, settings: SlamSettings
 ) -> Match:
-    local = settings.local_map
-    surfels = build_surfels(target.points, target.normals, voxel, local.line_ratio, local.roughness)
+    surfels = surfel_map(target.points, target.normals, voxel, settings.local_map)
     prior = np.diag(1.0 / np.square(START_DEVIATIONS))
     return match_scan(query, surfels, start, (start, prior), settings.match)
 

@@ -36,7 +36,7 @@ class Match:
 
 def match_scan(
     scan: ScanPoints,
-    surfels: SurfelMap,
+    surfels: SurfelMap | None,
     guess: NDArray[np.float64],
     prediction: tuple[NDArray[np.float64], NDArray[np.float64]],
     settings: MatchSettings,
@@ -44,10 +44,12 @@ def match_scan(
     """Find the pose at which a scan's points lie on the surfels, as near to the prediction as its information asks.
 
     ``prediction`` is a pose (3,) and its information (3, 3) in the additive x, y, yaw of the map's frame. Each point
-    pulls to the nearest surfel of its own side within reach; weights are those of Geman and McClure (1985).
+    pulls to the nearest surfel of its own side within reach; weights are those of Geman and McClure (1985). Without
+    points or surfels, the prediction is the pose.
     """
     mean, prior = prediction
-    reach = min(max(settings.reach_voxels * surfels.voxel, settings.least_reach), settings.greatest_reach)
+    if surfels is None or len(scan.points) == 0:
+        return Match(mean, np.zeros((3, 3)), prior, 0.0, 0.0)
     pose, information, share, chi = register_points(
         scan.points,
         scan.normals,
@@ -59,10 +61,15 @@ def match_scan(
         settings.iterations,
         settings.first_reach,
         settings.shrink,
-        reach,
+        last_reach(surfels.voxel, settings),
         settings.outlier_deviations,
     )
     return Match(pose, information, prior, share, chi)
+
+
+def last_reach(voxel: float, settings: MatchSettings) -> float:
+    """Return the distance [m] within which a point seeks its surfel in the end."""
+    return min(max(settings.reach_voxels * voxel, settings.least_reach), settings.greatest_reach)
 
 
 @njit(cache=True)
@@ -80,6 +87,7 @@ def register_points(
     last_reach: float,
     outlier: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+    """Return pose (3,), information of the points (3, 3), share that found a surfel, and mean squared distance."""
     pose = guess.copy()
     reach = max(first_reach, last_reach)
     information, gradient, found, chi = _normal_equations(points, normals, deviations, surfels, pose, reach, outlier)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mapping.robot.robot_log import RobotLog
 from mapping.slam.correlation import (
     LikelihoodField,
+    angle_step,
     correlate,
     likelihood_field,
     peaks,
@@ -25,28 +26,7 @@ from mapping.slam.settings import LocalMapSettings, SlamSettings
 from mapping.slam.tracking.matching import Match, match_scan
 from mapping.slam.tracking.motion import OdometryLevel, motion_covariance
 from mapping.slam.tracking.points import REFERENCE_RANGE, RangeDeviation, ScanPoints, scan_points
-from mapping.slam.tracking.surfels import SurfelMap, build_surfels
-
-SEARCH_CELL = 0.2
-"""Cell of the correlation with the local map [m]; the match then begins within half a cell."""
-
-SEARCH_POINTS = 200
-"""Points of the scan that the correlation uses."""
-
-LARGEST_VARIANCE = 1.0
-"""A scan whose pose is less certain [m^2, rad^2] shows nothing of the odometry."""
-
-SLIP_GAIN = 0.2
-"""More of the points must find a surfel where the wheels are said to have slipped, by this share of all."""
-
-SLIP_POINTS = 60
-"""Fewer points fit in many places."""
-
-SHARE_GAIN = 0.05
-"""Weight of a scan in the running mean of the share of points that find a surfel."""
-
-LARGEST_SEARCH = (3.0, 1.0)
-"""Bounds of the window of a correlation [m, rad]."""
+from mapping.slam.tracking.surfels import SurfelMap, surfel_map
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,37 +156,39 @@ class Tracker:
     def _match(self, points: ScanPoints, prediction: _Prediction) -> Match:
         """Match a scan from where odometry leads; if that fails or may, from the best place of a correlation."""
         prior = inverse(prediction.covariance)
-        if self._surfels is None or len(points.points) == 0:
-            return Match(prediction.pose, np.zeros((3, 3)), prior, 0.0, 0.0)
-        settings = self.settings.match
-        spread = 3.0 * np.sqrt(np.diag(prediction.covariance))
-        near = max(spread[0], spread[1]) < settings.first_reach and spread[2] < settings.search_turn
+        settings, search = self.settings.match, self.settings.search
+        spread = search.deviations * np.sqrt(np.diag(prediction.covariance))
+        near = max(spread[0], spread[1]) < settings.first_reach and spread[2] < search.turn[0]
         match = match_scan(points, self._surfels, prediction.guess, (prediction.pose, prior), settings)
-        if near and match.share >= settings.least_share * self._usual_share:
-            self._usual_share += SHARE_GAIN * (match.share - self._usual_share)
+        usual = search.least_share * self._usual_share
+        if near and match.share >= usual:
+            self._usual_share += search.share_gain * (match.share - self._usual_share)
+            return match
+        if self._surfels is None or len(points.points) < search.fewest_points:
             return match
         start = self._correlated(points, prediction.pose, spread)
-        window = np.diag(np.square([settings.search_shift, settings.search_shift, settings.search_turn]))
-        loose = inverse(prediction.covariance + window)  # the wheels may have slipped
-        other = match_scan(points, self._surfels, start, (prediction.pose, loose if near else prior), settings)
-        least = max(match.share + SLIP_GAIN, settings.least_share * self._usual_share) if near else match.share
-        return other if other.share > least and len(points.points) >= SLIP_POINTS else match
+        if near:  # the wheels may have slipped: the prediction says little, and the scan must fit much better
+            window = np.diag(np.square([search.shift[0], search.shift[0], search.turn[0]]))
+            prior = inverse(prediction.covariance + window)
+        other = match_scan(points, self._surfels, start, (prediction.pose, prior), settings)
+        least = max(match.share + search.slip_gain, usual) if near else match.share
+        return other if other.share > least else match
 
     def _correlated(
         self, points: ScanPoints, pose: NDArray[np.float64], spread: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return the best pose of a correlation with the points of the local map, around a pose."""
-        settings = self.settings.match
+        search = self.settings.search
         if self._field is None:
             frames = self.track.keyframes[-len(self._latest) :]
             walls = [move_points(one.pose, scan.points) for one, scan in zip(frames, self._latest, strict=True)]
-            self._field = likelihood_field(np.concatenate(walls), SEARCH_CELL, SEARCH_CELL, 1.0)
-        few = thinned(points.points, SEARCH_CELL, SEARCH_POINTS)
-        step = SEARCH_CELL / max(float(np.percentile(np.hypot(*few.T), 75.0)), 1.0)
-        reach = float(np.clip(max(spread[0], spread[1]), settings.search_shift, LARGEST_SEARCH[0]))
-        angles = search_angles(float(np.clip(spread[2], settings.search_turn, LARGEST_SEARCH[1])), step)
+            self._field = likelihood_field(np.concatenate(walls), search.cell, search.cell, 1.0)
+        few = thinned(points.points, search.cell, search.points)
+        step = angle_step(few, search.cell)
+        reach = float(np.clip(max(spread[0], spread[1]), *search.shift))
+        angles = search_angles(float(np.clip(spread[2], *search.turn)), step)
         scores = correlate(self._field, few, pose, reach, angles)
-        found = peaks(scores, SEARCH_CELL, angles, (SEARCH_CELL, step), 1)
+        found = peaks(scores, search.cell, angles, (search.cell, step), 1)
         return pose + found[0][1] if found else pose
 
     def _learn(self, match: Match, prediction: _Prediction) -> None:
@@ -214,7 +196,7 @@ class Tracker:
         if prediction.unit is None or match.share == 0.0:
             return
         scan = inverse(match.information)
-        if not 0.0 < scan.diagonal().max() < LARGEST_VARIANCE:
+        if not 0.0 < scan.diagonal().max() < self.settings.motion.largest_variance:
             return
         off = match.pose - prediction.pose
         off[2] = math.remainder(off[2], math.tau)
@@ -258,8 +240,6 @@ def surfels_of(
     scans: Sequence[ScanPoints], poses: Sequence[NDArray[np.float64]], voxel: float, settings: LocalMapSettings
 ) -> SurfelMap | None:
     """Build the surfels of scans at poses; None if they have no point."""
-    points = np.concatenate([move_points(pose, scan.points) for pose, scan in zip(poses, scans, strict=True)])
-    if len(points) == 0:
-        return None
-    normals = np.concatenate([turn_vectors(pose[2], scan.normals) for pose, scan in zip(poses, scans, strict=True)])
-    return build_surfels(points, normals, voxel, settings.line_ratio, settings.roughness)
+    points = [move_points(pose, scan.points) for pose, scan in zip(poses, scans, strict=True)]
+    normals = [turn_vectors(pose[2], scan.normals) for pose, scan in zip(poses, scans, strict=True)]
+    return surfel_map(np.concatenate(points), np.concatenate(normals), voxel, settings)

@@ -15,7 +15,7 @@ from mapping.slam.settings import SlamSettings
 from mapping.slam.tracking.matching import match_scan
 from mapping.slam.tracking.motion import OdometryLevel, motion_covariance
 from mapping.slam.tracking.points import RangeDeviation, range_deviation, scan_points
-from mapping.slam.tracking.surfels import build_surfels
+from mapping.slam.tracking.surfels import surfel_map
 from tests.mapping.slam.rooms import cast, log_of, office
 
 SETTINGS = SlamSettings()
@@ -32,7 +32,7 @@ def surfels_at(pose):
     points = scan_points(scan_at(pose), SE2(), EXACT, SETTINGS.points)
     place = SE2(*pose)
     turned = SE2(yaw=pose[2])
-    return build_surfels(place.apply(points.points), turned.apply(points.normals), 0.1, 0.3, 0.01)
+    return surfel_map(place.apply(points.points), turned.apply(points.normals), 0.1, SETTINGS.local_map)
 
 
 def test_normals_of_a_wall_point_at_the_lidar():
@@ -73,7 +73,7 @@ def test_a_match_returns_the_true_pose_from_a_wrong_guess(x, y, yaw, dx, dy, tur
     moved = SE2(x, y, yaw)  # the same in another frame
     points = scan_points(scan_at((1.0, 1.0, 0.0)), SE2(), EXACT, SETTINGS.points)
     placed = moved @ SE2(1.0, 1.0, 0.0)
-    turned = build_surfels(placed.apply(points.points), SE2(yaw=placed.yaw).apply(points.normals), 0.1, 0.3, 0.01)
+    turned = surfel_map(placed.apply(points.points), SE2(yaw=placed.yaw).apply(points.normals), 0.1, SETTINGS.local_map)
     other = moved @ SE2(*guess)
     start = np.array([other.x, other.y, other.yaw])
     again = match_scan(scan, turned, start, (start, WEAK), SETTINGS.match)
@@ -86,7 +86,7 @@ def test_along_a_single_wall_the_prediction_decides():
     """A match with few points loses to odometry where the points say nothing."""
     wall = np.array([(-50.0, 2.0, 50.0, 2.0)])
     points = scan_points(scan_at((0.0, 0.0, 0.0), wall), SE2(), EXACT, SETTINGS.points)
-    surfels = build_surfels(points.points, points.normals, 0.1, 0.3, 0.01)
+    surfels = surfel_map(points.points, points.normals, 0.1, SETTINGS.local_map)
     predicted = np.array([0.3, 0.05, 0.0])
     prior = np.diag([1 / 0.02**2, 1 / 0.02**2, 1 / 0.01**2])
     match = match_scan(points, surfels, predicted, (predicted, prior), SETTINGS.match)
