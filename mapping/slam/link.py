@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
 from mapping.slam.linear_algebra import transformed
-from mapping.slam.planar import rotation
 from mapping.slam.result import Edge, LoopEvidence
 
 
@@ -29,7 +28,3 @@ class Link:
         x, y, yaw = self.relative.tolist()
         tangent = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
         return Edge(self.first, self.second, SE2(x, y, yaw), transformed(tangent, self.covariance), evidence)
-
-    def turned(self, yaw: float) -> NDArray[np.float64]:
-        """Return the covariance in a frame in which ``first`` has this yaw [rad]."""
-        return transformed(rotation(yaw), self.covariance)

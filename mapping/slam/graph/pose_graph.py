@@ -17,6 +17,9 @@ from mapping.slam.link import Link
 FIXED = 1e12
 """Information that keeps the first keyframe in its place."""
 
+LEVER = 5.0
+"""Distance [m] at which an error of yaw counts as one of position, where the least uncertain path is chosen."""
+
 SETTLED = 1e-5
 """Gauss-Newton ends when no pose moves by more [m, rad]."""
 
@@ -60,27 +63,57 @@ def relative_covariances(
 
     It is compounded along the path of least variance (Dijkstra; Thrun et al. 2005, chapter 10): an upper bound.
     """
-    first, second, _, _, _ = _arrays(links)
-    covariances = np.stack([link.turned(poses[link.first, 2]) for link in links])
-    weights = covariances[:, 0, 0] + covariances[:, 1, 1] + 25.0 * covariances[:, 2, 2]
-    order = np.argsort(-weights, kind="stable")  # of parallel links the best is written last
-    table = dict(zip(zip(first[order].tolist(), second[order].tolist(), strict=True), order.tolist(), strict=True))
-    graph = csr_matrix((weights[list(table.values())], np.array(list(table)).T), shape=(count, count))
-    distance, parent = dijkstra(graph, directed=False, indices=np.array(origin), return_predecessors=True)
+    first = np.array([link.first for link in links])
+    second = np.array([link.second for link in links])
+    steps = _turned(np.stack([link.covariance for link in links]), poses[first, 2])
+    weights = steps[:, 0, 0] + steps[:, 1, 1] + LEVER**2 * steps[:, 2, 2]
+    order = np.lexsort((weights, second, first))
+    keys, places = np.unique(first[order] * count + second[order], return_index=True)
+    best = order[places]  # of parallel links the most certain one
+    graph = csr_matrix((weights[best], (first[best], second[best])), shape=(count, count))
+    distance, parents = dijkstra(graph, directed=False, indices=np.array(origin), return_predecessors=True)
+    nodes = np.argsort(distance, kind="stable")
+    nodes = nodes[parents[nodes] >= 0]
+    forward = np.searchsorted(keys, parents[nodes] * count + nodes)
+    backward = np.searchsorted(keys, nodes * count + parents[nodes])
+    is_forward = keys[np.minimum(forward, keys.size - 1)] == parents[nodes] * count + nodes
+    chosen = best[np.where(is_forward, forward, backward)]
     result = np.full((count, 3, 3), np.inf)
     result[origin] = 0.0
-    for node in np.argsort(distance, kind="stable").tolist():
-        above = int(parent[node])
-        if above < 0:
-            continue
-        dx, dy = poses[node, :2] - poses[above, :2]
-        move = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
-        if (above, node) in table:
-            step = covariances[table[above, node]]
-        else:
-            step = transformed(move, covariances[table[node, above]])
-        result[node] = transformed(move, result[above]) + step
+    _compound(result, nodes, parents, steps[chosen], is_forward, poses)
     return result
+
+
+@njit(cache=True)
+def _turned(covariances: NDArray[np.float64], yaws: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn covariances (E, 3, 3), each by its own yaw (E,) [rad]."""
+    turned = np.empty_like(covariances)
+    for k in range(yaws.size):
+        c, s = math.cos(yaws[k]), math.sin(yaws[k])
+        turned[k] = transformed(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), covariances[k])
+    return turned
+
+
+@njit(cache=True)
+def _compound(
+    result: NDArray[np.float64],
+    nodes: NDArray[np.int64],
+    parents: NDArray[np.int32],
+    steps: NDArray[np.float64],
+    is_forward: NDArray[np.bool_],
+    poses: NDArray[np.float64],
+) -> None:
+    """Fill in the covariances (K, 3, 3) of nodes (M,), in the order of their distance from the origin.
+
+    ``steps`` (M, 3, 3) are the covariances of the links from their parents; those that are not forward lead back, and
+    their error of yaw turns them about the node.
+    """
+    for k in range(nodes.size):
+        node, above = nodes[k], parents[nodes[k]]
+        dx, dy = poses[node, 0] - poses[above, 0], poses[node, 1] - poses[above, 1]
+        move = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+        step = steps[k] if is_forward[k] else transformed(move, steps[k])
+        result[node] = transformed(move, result[above]) + step
 
 
 def _arrays(links: Sequence[Link]) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:  # type: ignore[type-arg]
