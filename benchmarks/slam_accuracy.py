@@ -1,7 +1,8 @@
 """Accuracy of SLAM in the simulator, family by family and noise level by noise level.
 
 ``python -m benchmarks.slam_accuracy --levels 1,3 --seeds 101,102 --out accuracy`` writes accuracy.csv, one row for each
-robot, and accuracy.png, and prints the means.
+robot, and accuracy.png, and prints the means. ``--view 180`` keeps the beams ahead, ``--range 3.5`` the near readings,
+``--component adversity.slip=1`` sets a component of the noise.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import argparse
 import csv
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from mapping.grid.log_odds import map_log
 from mapping.ground_truth.beam_endpoints import beam_endpoints
 from mapping.ground_truth.truth import map_truth
 from mapping.robot.robot_log import RobotLog
+from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 from mapping.slam.pipeline import slam
 from mapquilt.evaluation.map_quality import map_quality, observed_part
@@ -63,7 +65,25 @@ class Row:
     ms_per_scan: float
 
 
-def rows(families: Sequence[str], seeds: Sequence[int], levels: Sequence[float], duration: float) -> Iterator[Row]:
+@dataclass(frozen=True)
+class Sensing:
+    """What the robots sense: the ``view`` of their lidar [rad] and its ``reach`` [m], and components of the noise."""
+
+    view: float = math.tau
+    reach: float = math.inf
+    components: tuple[tuple[str, float], ...] = ()
+
+    def limited(self, scan: LidarScan) -> LidarScan:
+        """Keep the beams ahead; readings beyond the reach are no return."""
+        kept = np.abs(scan.angles) <= 0.5 * self.view + 1e-9
+        ranges = np.where(scan.ranges > self.reach, np.float32(np.inf), scan.ranges)[kept]
+        first = float(scan.angles[kept][0])
+        return replace(scan, angle_min=first, ranges=ranges, range_max=min(scan.range_max, self.reach))
+
+
+def rows(
+    families: Sequence[str], seeds: Sequence[int], levels: Sequence[float], duration: float, sensing: Sensing
+) -> Iterator[Row]:
     """Simulate each mission once, and map it at each level."""
     for family in families:
         for seed in seeds:
@@ -72,19 +92,19 @@ def rows(families: Sequence[str], seeds: Sequence[int], levels: Sequence[float],
             places = true_footprints(mission)
             for level in levels:
                 for robot in range(ROBOTS):
-                    yield _row(family, mission, places, robot, level)
+                    yield _row(family, mission, places, robot, level, sensing)
 
 
-def _row(family: str, mission: Mission, places: TrueFootprints, robot: int, level: float) -> Row:
+def _row(family: str, mission: Mission, places: TrueFootprints, robot: int, level: float, sensing: Sensing) -> Row:
     truth = mission.robots[robot]
     noise = Noise.level(level, lidar_preset(mission.settings.robots[robot].lidar.model).noise)
-    sensed = sense(truth, noise, mission.seed, robot)
-    log = sensed.log
+    sensed = sense(truth, noise.with_fields(sensing.components), mission.seed, robot)
+    log = replace(sensed.log, scans=tuple(sensing.limited(scan) for scan in sensed.log.scans))
     result = slam(log)
     error = absolute_error(result.trajectory, truth.trajectory)
     odometry = absolute_error(log.odometry, truth.trajectory)
     qualities = {
-        name: _fit(sensed, mission, places, robot, poses)
+        name: _fit(sensed, log, mission, places, robot, poses)
         for name, poses in (
             ("odometry", log.odometry.from_start()),
             ("slam", result.trajectory),
@@ -113,13 +133,12 @@ def rms(values: NDArray[np.float64]) -> float:
 
 
 def _fit(
-    sensed: SensedLog, mission: Mission, places: TrueFootprints, robot: int, poses: Trajectory
+    sensed: SensedLog, log: RobotLog, mission: Mission, places: TrueFootprints, robot: int, poses: Trajectory
 ) -> tuple[float, float]:
-    """Return distortion [m] and wall F1 of a robot's map at the transform that fits it best."""
-    log: RobotLog = sensed.log
+    """Return distortion [m], by all readings, and wall F1 of the map of a log at the transform that fits it best."""
     truth = mission.robots[robot]
     fitted = map_truth(
-        beam_endpoints(log, truth, poses, sensed.outliers), truth.trajectory.pose(0), Similarity2.identity()
+        beam_endpoints(sensed.log, truth, poses, sensed.outliers), truth.trajectory.pose(0), Similarity2.identity()
     )
     observed = observed_part(places.world, [places.maps[robot].footprint])
     return fitted.distortion, map_quality(map_log(log, poses), fitted.world_from_map, observed).f1_walls
@@ -127,7 +146,7 @@ def _fit(
 
 def table(measured: Sequence[Row]) -> Table:
     """Return the means of each family and level, and the largest position error."""
-    columns = ("family", "level", "odom. m", "SLAM m", "max", "yaw deg", "bent m", "F1", "true F1", "ms")
+    columns = ("family", "noise", "odom. m", "SLAM m", "max m", "deg", "dist. m", "F1", "true", "ms")
     shown = plain_table(*((name, name != "family") for name in columns))
     for level in dict.fromkeys(row.level for row in measured):
         for family in dict.fromkeys(row.family for row in measured):
@@ -182,15 +201,20 @@ def main() -> None:
     parser.add_argument("--seeds", default="101,102,103,104,105")
     parser.add_argument("--levels", default="0.5,1,2,3")
     parser.add_argument("--duration", type=float, default=120.0, help="mission time [s]")
+    parser.add_argument("--view", type=float, default=360.0, help="angle of the lidar's beams [degrees]")
+    parser.add_argument("--range", type=float, default=math.inf, help="greatest range of the lidar [m]")
+    parser.add_argument("--component", action="append", default=[], metavar="NAME=VALUE", help="of the noise")
     parser.add_argument("--out", type=Path, default=Path("accuracy"))
     options = parser.parse_args()
+    components = tuple((name, float(value)) for name, value in (one.split("=") for one in options.component))
+    sensing = Sensing(math.radians(options.view), options.range, components)
     measured = []
     options.out.mkdir(parents=True, exist_ok=True)
     with (options.out / "accuracy.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [each.name for each in fields(Row)])
         writer.writeheader()
         seeds, levels = map(int, options.seeds.split(",")), map(float, options.levels.split(","))
-        for row in rows(options.families.split(","), tuple(seeds), tuple(levels), options.duration):
+        for row in rows(options.families.split(","), tuple(seeds), tuple(levels), options.duration, sensing):
             writer.writerow(asdict(row))
             file.flush()
             measured.append(row)

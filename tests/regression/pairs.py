@@ -13,7 +13,6 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapping.settings import MappingSettings
 from mapquilt.evaluation.evaluated_pair import GroundTruth, PairInfo, evaluate_pair
 from mapquilt.jobs.timing import one_thread
 from mapquilt.runs.sample import Sample, make_sample
@@ -30,13 +29,10 @@ from worlds.families.registry import FAMILIES, make_world
 
 SEED = 20_090
 ROBOTS, DURATION = 3, 60.0
-BY_ODOMETRY = MappingSettings(poses="odometry")
-"""The samples are hashed to the bit; SLAM's last bits depend on the processor, by way of BLAS."""
-
 SAMPLES = (
-    ("noise-0.5", SampleSettings(SensingSettings(0.5), BY_ODOMETRY, FramePerturbationRanges(1.0, 1.0), seed=SEED)),
-    ("noise-1", SampleSettings(SensingSettings(1.0), BY_ODOMETRY, FramePerturbationRanges(), seed=SEED + 1)),
-    ("noise-2", SampleSettings(SensingSettings(2.0), BY_ODOMETRY, FramePerturbationRanges(), seed=SEED + 2)),
+    ("noise-0.5", SampleSettings(SensingSettings(0.5), perturbation=FramePerturbationRanges(1.0, 1.0), seed=SEED)),
+    ("noise-1", SampleSettings(SensingSettings(1.0), perturbation=FramePerturbationRanges(), seed=SEED + 1)),
+    ("noise-2", SampleSettings(SensingSettings(2.0), perturbation=FramePerturbationRanges(), seed=SEED + 2)),
 )
 WIDE = 40.0
 """In families wider than this [m] robots begin close together, so that a short mission has overlap."""
