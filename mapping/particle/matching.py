@@ -72,7 +72,7 @@ def log_likelihood(pose: NDArray[np.float64], scan: Endpoints, grid: ParticleMap
 
 @njit(cache=True)
 def is_wall(grid: ParticleMap, row: int, col: int, least_hits: float) -> bool:
-    """Tell if more than a share of a cell's visits were hits; cells beyond the map are no walls."""
+    """Return whether more than a share of a cell's visits were hits; cells beyond the map are no walls."""
     if row < 0 or col < 0 or row >= grid.table.shape[0] * TILE or col >= grid.table.shape[1] * TILE:
         return False
     tile = grid.table[row // TILE, col // TILE]

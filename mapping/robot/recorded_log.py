@@ -76,7 +76,7 @@ class RateLimit:
         self._due: float | None = None
 
     def is_due(self, stamp: float) -> bool:
-        """Tell if the item of this stamp [s] is kept; stamps come in increasing order."""
+        """Return whether the item of this stamp [s] is kept; stamps come in increasing order."""
         due = stamp if self._due is None else self._due
         if stamp < due - 0.2 * self._period:
             return False

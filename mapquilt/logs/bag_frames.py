@@ -35,7 +35,7 @@ class PoseSeries:
         return np.array(self.numbers).reshape(-1, 7)
 
     def moves(self) -> bool:
-        """Tell if the poses differ; a quaternion and its negative are one rotation."""
+        """Return whether the poses differ; a quaternion and its negative are one rotation."""
         rows = self.rows()
         signs = np.where(rows[:, 3:] @ rows[0, 3:] < 0.0, -1.0, 1.0)
         rows[:, 3:] *= signs[:, None]

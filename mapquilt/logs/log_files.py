@@ -14,12 +14,12 @@ BAG_METADATA = "metadata.yaml"
 
 
 def is_log(path: Path) -> bool:
-    """Tell if a path names a log by its ending, or is the folder of a ROS 2 bag."""
+    """Return whether a path names a log by its ending, or is the folder of a ROS 2 bag."""
     return path.suffix.lower() in LOG_ENDINGS or is_bag(path)
 
 
 def is_bag(path: Path) -> bool:
-    """Tell if a path names a bag by its ending, or is the folder of a ROS 2 bag."""
+    """Return whether a path names a bag by its ending, or is the folder of a ROS 2 bag."""
     return path.suffix.lower() in BAG_ENDINGS or (path / BAG_METADATA).is_file()
 
 

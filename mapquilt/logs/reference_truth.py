@@ -32,7 +32,7 @@ class ReferenceTruth:
 
 
 def share_a_reference(maps: Sequence[LogMap]) -> bool:
-    """Tell if the maps are of one log or run, all with reference poses, which then are of one frame."""
+    """Return whether the maps are of one log or run, all with reference poses, which then are of one frame."""
     return len({one.path for one in maps}) == 1 and all(one.recorded.reference is not None for one in maps)
 
 

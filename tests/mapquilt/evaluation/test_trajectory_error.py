@@ -81,7 +81,7 @@ def test_relative_errors_of_an_odometry_that_is_ten_per_cent_long() -> None:
     assert seconds is not None
     assert (metres.pairs, seconds.pairs) == (6, 10)
     assert metres.rotation.median == pytest.approx(0.05)
-    # from pose 0, whose yaw is 0: exactly 0.5 m too long; from pose 5: the same displacement, told in a turned frame
+    # from pose 0 (yaw 0): exactly 0.5 m too long; from pose 5: the same displacement in a turned frame
     turned = math.hypot(5.5 * math.cos(0.05) - 5.0, 5.5 * math.sin(0.05))
     assert metres.translation.max == pytest.approx(turned)
     assert seconds.rotation.rmse == pytest.approx(0.01)
@@ -107,7 +107,7 @@ def test_trajectories_of_other_times_are_refused() -> None:
 
 
 def test_relations_that_the_estimate_misses_by_known_amounts(tmp_path: Path) -> None:
-    """A quarter turn in between: an error is told in the frame of the second pose."""
+    """A quarter turn in between: an error is expressed in the frame of the second pose."""
     path = tmp_path / "hand.relations"
     lines = ["# header", "1.0 2.0 1.0 0.0 0 0 0 1.5707963", "1.0004 3.0 0.0 2.0 9 9 9 0.1", "1.0 9.0 0 0 0 0 0 0"]
     path.write_text("\n".join(lines))
