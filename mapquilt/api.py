@@ -55,7 +55,7 @@ def merge(
         if isinstance(maps, str | Path):
             if out is not None:
                 raise ValueError(f"out is {out}, must be None for a run, which gets the merge in its own folder")
-            return merge_run(Path(maps), settings, seed, runner=runner)
+            return merge_run(Path(maps), settings, seed, runner=runner)[0]
         if not isinstance(maps, MapSet) and any(isinstance(one, str | Path) for one in maps):
             for number, one in enumerate(maps):
                 if not isinstance(one, str | Path):

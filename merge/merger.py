@@ -41,8 +41,9 @@ def merge_maps(
     pairs that the others predict are matched again, and the poses and scales of a cluster are refined together on the
     cells. Each cluster is fused in the frame of one map.
 
-    The same maps, settings and seed give the same result, in any order of the maps and with any number of workers of
-    the ``runner``. Maps that do not match are no error: their pair is refused with a reason. ``answers``, by target
+    The same maps, settings and seed give the same result with any number of workers of the ``runner``, and in any order
+    of the maps, except for its frame: that of the first map given of each cluster, unless the settings name one.
+    Maps that do not match are no error: their pair is refused with a reason. ``answers``, by target
     and source, are those of pairs that were matched before.
 
     Raises ``ValueError`` if the seed is negative, or a setting names an unknown map.

@@ -67,7 +67,7 @@ class MergeSettings:
     - ``scale``: bounds of the scale [stated metres per stated metre]; None lets the maps decide;
     - ``as_published``: take the method's own answer and acceptance, not the common ones;
     - ``acceptance``: how certain an answer must be;
-    - ``reference``: name of the map in whose frame its cluster is expressed; None takes the largest map;
+    - ``reference``: name of the map in whose frame its cluster is expressed; None takes the first given;
     - ``fusion``: rule that combines cells that several maps know; ``merged_grid``: the grid of the result;
     - ``priors``: start poses of maps, as far as they are known;
     - the others: settings of the steps.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import typer
 from numpy.typing import NDArray
@@ -15,8 +13,8 @@ from mapping.map_set import MapSet, Unit
 from mapquilt.viz.text_table import plain_table
 from merge.records.result import MergeResult, PairResult
 
-PLAIN_WIDTH = 160
-"""Columns if the output is not a terminal, so that rows do not break."""
+PLAIN_WIDTH = 80
+"""Columns if the output is not a terminal."""
 
 
 LEAST_DOUBLED = 0.01
@@ -48,7 +46,7 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
     other placement, with its score against that of the answer.
     """
     table = plain_table(
-        ("pair", False), ("verdict", False), ("confidence", True), ("yaw [deg]", True), ("scale", True), ("x, y", True)
+        ("pair", False), ("verdict", False), ("confidence", True), ("yaw [rad]", True), ("scale", True), ("x, y", True)
     )
     notes = []
     for pair in result.pairs:
@@ -62,7 +60,8 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
             place = _place(pair, source_unit, other.target_from_source, None)
             table.add_row(f"or elsewhere, {other.score:.2f}", best, "", *place)
     merged = len(result.reference_from_map)
-    summary = f"{merged} of {len(maps)} maps merged, frame of {result.reference}"
+    count = f"{merged} of {len(maps)}" if merged > 1 else f"none of {len(maps)}"
+    summary = f"{count} maps merged, frame of {result.reference}"
     for group in result.groups[1:]:
         if len(group.reference_from_map) > 1:
             summary += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
@@ -101,7 +100,7 @@ def _place(
     x, y, yaw, scale = _deviations(covariance)
     mixed = "" if pair.unit == source_unit else f"\n{pair.unit}/{source_unit}"
     return (
-        f"{math.degrees(transform.yaw):.2f}{yaw}",
+        f"{transform.yaw:.4f}{yaw}",
         f"{transform.scale:.4f}{scale}{mixed}",
         f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}{x}{y}",
     )
@@ -112,4 +111,4 @@ def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, 
         return "", "", "", ""
     x, y, yaw, scale = np.sqrt(np.diag(covariance)).tolist()
     scale_text = f"\n± {scale:.4f}" if scale > 0.0 else ""
-    return f"\n± {x:.2f}", f", {y:.2f}", f"\n± {math.degrees(yaw):.2f}", scale_text
+    return f"\n± {x:.2f}", f", {y:.2f}", f"\n± {yaw:.4f}", scale_text

@@ -46,6 +46,7 @@ def merge_files(
 ) -> dict[Path, bytes]:
     """Build the files of a merge by path, as bytes."""
     from mapquilt.viz.merge_picture import merge_figure
+    from mapquilt.viz.refused_picture import pairs_to_show, refused_figure
 
     path = folder / run_folder.MERGE_FILE
     record = record_bytes(path, "merge", merge_record(inputs, settings, seed, result))
@@ -56,15 +57,20 @@ def merge_files(
             files |= map_files(group.merged, folder / merged) | map_files(group.conflicts, folder / conflicts)
     files[folder / run_folder.TRANSFORMS_FILE] = transforms_text(inputs.maps, result).encode()
     files[folder / run_folder.MERGE_PICTURE] = figure_png(merge_figure(inputs.maps, result.groups))
+    refused = pairs_to_show(result)
+    if refused:
+        files[folder / run_folder.REFUSED_PICTURE] = figure_png(refused_figure(inputs.maps, refused))
     return {**files, path: record}
 
 
-def write_merge(folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult) -> None:
-    """Write all files of a merge, or none, into a folder, which is created if it is missing."""
-    write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
+def write_merge(
+    folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
+) -> tuple[Path, ...]:
+    """Write all files of a merge, or none, into a folder, which is created if it is missing; return their paths."""
+    return _write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
 
 
-def write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) -> None:
+def _write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) -> tuple[Path, ...]:
     """Write the files of a merge, all or none, and delete those that only an older merge had."""
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,14 +80,19 @@ def write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) ->
             shutil.rmtree(path)
         else:
             path.unlink()
+    return tuple(files)
 
 
 def _left(folder: Path, files: dict[Path, bytes], kept: Iterable[str]) -> list[Path]:
-    of_groups = [path for path in folder.iterdir() if _OF_A_GROUP.fullmatch(path.name) and path not in files]
+    of_only_some = [
+        path
+        for path in folder.iterdir()
+        if (_OF_A_GROUP.fullmatch(path.name) or path.name == run_folder.REFUSED_PICTURE) and path not in files
+    ]
     places = {folder / Path(file).parent for file in kept}
     inputs = folder / INPUTS
     copies = [path for path in inputs.iterdir() if path not in places] if inputs.is_dir() else []
-    return of_groups + copies
+    return of_only_some + copies
 
 
 def merge_run(
@@ -93,8 +104,10 @@ def merge_run(
     runner: Runner | None = None,
     answers: Mapping[tuple[str, str], PairResult] | None = None,
     may_write: Callable[[MergeResult], bool] = lambda _: True,
-) -> MergeResult:
+) -> tuple[MergeResult, tuple[Path, ...]]:
     """Merge a run's maps, from the map files alone, and write all files of the merge into the run, or none.
+
+    Returns the result and the paths of the files.
 
     ``inputs`` replace the run's own maps; ``answers`` are pairs that are known already. Nothing is written unless
     ``may_write`` says so of the result. The score of an older merge is deleted. Raises ``ValueError`` if another run
@@ -105,13 +118,13 @@ def merge_run(
     start = time.perf_counter()
     result = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers)
     if not may_write(result):
-        return result
+        return result, ()
     merged = time.perf_counter() - start
     files = merge_files(run, inputs, settings, seed, result)
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
     if (run / run_folder.RUN_FILE).read_bytes() != made_by:
         raise ValueError(f"{run}: was replaced by another run during the merge; merge again")
-    write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
+    written = _write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
     for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
         (run / stale).unlink(missing_ok=True)
-    return result
+    return result, written

@@ -1,4 +1,4 @@
-"""transforms.yaml: the transform of each map, to publish in ROS."""
+"""Transforms of merged maps, as people paste them: transforms.yaml, and its entries for the terminal."""
 
 from __future__ import annotations
 
@@ -13,15 +13,43 @@ from merge.records.result import MergedGroup, MergeResult
 
 _NOT_IN_A_FRAME = re.compile(r"[^A-Za-z0-9_/]+")
 
+_HEADER = """\
+# Transform of each map into the frame of its group's reference: x, y [metres as the reference states them], yaw [rad].
+# p_reference = matrix @ (x, y, 1); matrix = [[s cos, -s sin, x], [s sin, s cos, y], [0, 0, 1]] with s the scale.
+"""
+
 
 def transforms_text(maps: MapSet, result: MergeResult) -> str:
-    """Write one entry per joined map: its transform, and a command that publishes it to tf.
+    """Write one entry per joined map: its transform, as a matrix too, and a command that publishes it to tf.
 
     tf has no scale. If the scale is not 1, ``publish_with`` holds the resolution and origin to serve the map with, so
     that its metres are those of the reference.
     """
     groups = [_group(maps, group) for group in result.groups if len(group.reference_from_map) > 1]
-    return yaml.safe_dump({"groups": groups}, sort_keys=False, allow_unicode=True, width=1000)
+    return _HEADER + yaml.safe_dump(
+        {"groups": groups}, sort_keys=False, allow_unicode=True, width=1000, default_flow_style=None
+    )
+
+
+def pasted_transforms(maps: MapSet, result: MergeResult) -> tuple[str, ...]:
+    """Write for each joined map its transform as YAML, as a matrix and as the command that publishes it to tf."""
+    return tuple(
+        _pasted(maps, group.reference, name, place)
+        for group in result.groups
+        for name, place in group.reference_from_map.items()
+        if name != group.reference
+    )
+
+
+def _pasted(maps: MapSet, reference: str, name: str, place: Similarity2) -> str:
+    unit = maps.units[maps.names.index(reference)]
+    rows = (", ".join(f"{value:.5f}" for value in row) for row in place.matrix())
+    lines = [
+        f"# {reference} from {name}: x, y [{unit}], yaw [rad], scale",
+        f"{{x: {place.x:.6f}, y: {place.y:.6f}, yaw: {place.yaw:.9f}, scale: {place.scale:.6f}}}",
+        f"[{', '.join(f'[{row}]' for row in rows)}, [0, 0, 1]]",
+    ]
+    return "\n".join([*lines, _publisher(reference, name, place)] if unit == "m" else lines)
 
 
 def _group(maps: MapSet, group: MergedGroup) -> dict[str, Any]:
@@ -34,6 +62,7 @@ def _group(maps: MapSet, group: MergedGroup) -> dict[str, Any]:
 def _entry(maps: MapSet, reference: str, name: str, place: Similarity2) -> dict[str, Any]:
     frame = maps.grids[maps.names.index(name)].frame
     entry: dict[str, Any] = {"name": name, "x": place.x, "y": place.y, "yaw": place.yaw, "scale": place.scale}
+    entry["matrix"] = [*place.matrix().tolist(), [0.0, 0.0, 1.0]]
     if abs(place.scale - 1.0) > 1e-9:
         origin = frame.origin
         entry["publish_with"] = {
@@ -41,11 +70,16 @@ def _entry(maps: MapSet, reference: str, name: str, place: Similarity2) -> dict[
             "origin": [origin.x * place.scale, origin.y * place.scale, origin.yaw],
         }
     if name != reference:
-        entry["static_transform_publisher"] = (
-            f"ros2 run tf2_ros static_transform_publisher --x {place.x:.6f} --y {place.y:.6f} --z 0 "
-            f"--yaw {place.yaw:.9f} --pitch 0 --roll 0 --frame-id {_frame(reference)} --child-frame-id {_frame(name)}"
-        )
+        entry["static_transform_publisher"] = _publisher(reference, name, place)
     return entry
+
+
+def _publisher(reference: str, name: str, place: Similarity2) -> str:
+    """Write the command of ROS 2 that publishes a map's transform, without its scale, to tf."""
+    return (
+        f"ros2 run tf2_ros static_transform_publisher --x {place.x:.6f} --y {place.y:.6f} --z 0 "
+        f"--yaw {place.yaw:.9f} --pitch 0 --roll 0 --frame-id {_frame(reference)} --child-frame-id {_frame(name)}"
+    )
 
 
 def _frame(name: str) -> str:

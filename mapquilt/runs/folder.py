@@ -7,7 +7,8 @@ robot_0/             map.pgm, map.yaml and log.npz, as a real robot would record
 truth.json           true transforms of the maps
 truth/               true raster of the world, and the part of it that each robot observed
 coverage.json        observed share of the world over time, with coverage.png
-merge.json           result of the merge, with merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png
+merge.json           result of the merge, with merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png;
+                     refused.png if maps were not joined
 score.json           evaluation of the merge against the truth, with overview.png
 timings.json         seconds; only this file differs between two runs of one seed
 """
@@ -45,6 +46,7 @@ MERGED_NAME = "merged"
 CONFLICTS_NAME = "conflicts"
 TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
+REFUSED_PICTURE = "refused.png"
 OVERVIEW_PICTURE = "overview.png"
 
 ANSWER_FILES = (
@@ -55,6 +57,7 @@ ANSWER_FILES = (
     f"{CONFLICTS_NAME}.pgm",
     TRANSFORMS_FILE,
     MERGE_PICTURE,
+    REFUSED_PICTURE,
     SCORE_FILE,
     OVERVIEW_PICTURE,
     TIMINGS_FILE,

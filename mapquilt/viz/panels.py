@@ -48,15 +48,17 @@ class Extent:
         return Extent(x - width / 2.0, x + width / 2.0, y - height / 2.0, y + height / 2.0)
 
 
-def lay_out(extents: Sequence[Extent], legend_inches: float = 0.0) -> tuple[Figure, list[Axes]]:
+def lay_out(
+    extents: Sequence[Extent], legend_inches: float = 0.0, columns: int | None = None
+) -> tuple[Figure, list[Axes]]:
     """Create a figure with a panel for each extent, equally scaled in x and y; the last row is centred.
 
-    ``legend_inches`` is left free below the first row.
+    ``legend_inches`` is left free below the first row. ``columns`` defaults to as many as leave few gaps.
     """
     shown = [extent.with_margin() for extent in extents]
     aspect = math.exp(sum(math.log(extent.aspect) for extent in shown) / len(shown))
     aspect = min(max(aspect, TALLEST), SQUATTEST)
-    columns = _columns(len(shown))
+    columns = columns or _columns(len(shown))
     rows = math.ceil(len(shown) / columns)
     step_x, step_y = LEFT + WIDTH + RIGHT, ABOVE + WIDTH / aspect + BELOW
     size = (step_x * columns, step_y * rows + legend_inches)

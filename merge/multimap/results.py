@@ -17,7 +17,7 @@ CALIBRATED = "quilt"
 
 
 def merge_result(team: Team, solution: Solution) -> MergeResult:
-    """Fuse each cluster in the frame of its reference map, and order pairs and maps as they were given."""
+    """Fuse each cluster in the frame of its reference, by default its first map, and order pairs and maps as given."""
     in_given_order = sorted(solution.answers, key=lambda pair: tuple(map(team.names.index, team.task(pair).names)))
     pairs = tuple(solution.answers[pair] for pair in in_given_order)
     merged = [_merged(team, cluster) for cluster in solution.clusters]
@@ -30,7 +30,7 @@ def merge_result(team: Team, solution: Solution) -> MergeResult:
 
 def _merged(team: Team, cluster: Cluster) -> MergedGroup:
     names = [name for name in team.names if team.index(name) in cluster.poses]
-    reference = _reference(team, cluster, names)
+    reference = str(team.settings.reference) if team.settings.reference in names else names[0]
     placed = {name: team.metric(cluster, reference, name) for name in names}
     placed[reference] = Similarity2.identity()
     grid_of = dict(zip(team.maps.names, team.maps.grids, strict=True))
@@ -42,22 +42,11 @@ def _merged(team: Team, cluster: Cluster) -> MergedGroup:
     return MergedGroup(reference, placed, fused.merged, fused.conflicts, fused.doubled_walls)
 
 
-def _reference(team: Team, cluster: Cluster, names: Sequence[str]) -> str:
-    """Choose the map that the settings ask for, else the one with the largest area; of equals the first canonically."""
-    if team.settings.reference in names:
-        return str(team.settings.reference)
-
-    def area(name: str) -> float:
-        index = team.index(name)
-        return round(float(team.frames[index].area * cluster.poses[index].scale ** 2), 3)
-
-    return max(sorted(names, key=team.index), key=area)
-
-
 def _rank(team: Team, group: MergedGroup) -> tuple[bool, int, int, int]:
-    has_reference = team.settings.reference in group.reference_from_map
-    known = int(np.count_nonzero(group.merged.known))
-    return has_reference, len(group.reference_from_map), known, -min(map(team.index, group.reference_from_map))
+    """Order groups: that of the chosen reference, the one of most maps, of most known cells, and as maps were given."""
+    has_reference, size = team.settings.reference in group.reference_from_map, len(group.reference_from_map)
+    known = int(np.count_nonzero(group.merged.known)) if size > 1 else 0
+    return has_reference, size, known, -team.names.index(next(iter(group.reference_from_map)))
 
 
 def _why_left_out(name: str, merged: Sequence[MergedGroup], pairs: Sequence[PairResult]) -> str:

@@ -22,7 +22,7 @@ PRELOADED = ("merge.multimap.pair_selection",)
 
 ReferenceOption = Annotated[
     str | None,
-    typer.Option("--reference", metavar="NAME", help="Map whose frame the answer is in; default: the largest."),
+    typer.Option("--reference", metavar="NAME", help="Map whose frame the answer is in; default: the first."),
 ]
 FusionOption = Annotated[
     str | None,

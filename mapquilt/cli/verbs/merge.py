@@ -14,6 +14,7 @@ import typer
 from mapping.geometry.scale_range import ScaleRange
 from mapping.io.map_file import UnknownGrey
 from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
+from mapquilt.cli.merge_notes import advice, files_note, transform_notes
 from mapquilt.cli.options.files import Unknown, path, unknown_grey
 from mapquilt.cli.options.merge import (
     FusionOption,
@@ -153,17 +154,20 @@ def merge(
         count_progress("merging pairs") as on_progress,
     ):
         if folder is not None and run_folder.is_run(folder):
-            result = merge_run(folder, settings, seed, on_progress, inputs, runner, answers, may_write)
+            result, written = merge_run(folder, settings, seed, on_progress, inputs, runner, answers, may_write)
         else:
-            result = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers)
+            result, written = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers), ()
             if folder is not None and may_write(result):
-                write_merge(folder, inputs, settings, seed, result)
+                written = write_merge(folder, inputs, settings, seed, result)
     if settings.method == METHOD:
         warn(show_steps(inputs.maps, settings, debug))
     if as_json:
         typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
     else:
         print_table(merge_table(inputs.maps, result, alternatives))
+        for note in (transform_notes(inputs.maps, result), files_note(folder, written) if may_write(result) else ""):
+            if note:
+                typer.echo(f"\n{note}")
     warn(doubled_walls(result, written=folder is not None))
     if before is not None and before["reference"] != result.reference:
         warn(
@@ -171,6 +175,8 @@ def merge(
         )
     for name, reason in result.left_out.items():
         typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
+    for tip in advice(result, folder if written else None):
+        typer.echo(f"mapquilt: try: {tip}", err=True)
     if before is not None and not may_write(result):
         first, second = unmerged(before, result)[0]
         typer.echo(

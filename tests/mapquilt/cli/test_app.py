@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import yaml
 
 import mapquilt.cli.verbs.score
 from mapping.geometry.se2 import SE2
@@ -178,7 +179,7 @@ def test_a_picture_of_one_grey_is_bad_input(capsys, two_maps, tmp_path, grey, sa
 def test_the_table_states_the_direction_of_the_scale(capsys, two_maps, tmp_path):
     cv2.imwrite(str(tmp_path / "plain.png"), cv2.imread(str(tmp_path / "a.pgm"), cv2.IMREAD_GRAYSCALE))
     assert command("merge", *two_maps, tmp_path / "plain.png") == 0
-    printed = capsys.readouterr().out
+    printed = capsys.readouterr().out.partition("\n\n# ")[0]
     rows = {line.split("  ")[0].strip(): line for line in printed.splitlines()}
     assert max(map(len, printed.splitlines())) <= 80
     assert printed.count("m/cell") == 2  # of a and plain, and of b and plain
@@ -290,12 +291,58 @@ def test_a_dry_run_checks_options_alone(capsys, tmp_path):
 
 def test_two_copies_of_one_map_merge(capsys, two_maps, tmp_path):
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
-    assert set(hashes(tmp_path / "merged")) == {
+    written = set(hashes(tmp_path / "merged"))
+    assert written == {
         *("merge.json", "merge.png", "transforms.yaml"),
         *(f"{name}.{suffix}" for name in ("merged", "conflicts") for suffix in ("pgm", "yaml")),
         *(f"inputs/{k}/{name}.{suffix}" for k, name in enumerate("ab") for suffix in ("pgm", "yaml")),
     }
-    assert "accepted" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "accepted" in printed
+    assert {name for name in written if not name.startswith("inputs/")} <= set(re.split(r"[\s,]+", printed))
+    assert "inputs/ (4 files" in printed
+
+
+def test_a_merge_without_out_says_that_nothing_was_written(capsys, two_maps, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = hashes(tmp_path)
+    assert command("merge", *two_maps) == 0
+    assert "nothing was written; --out DIR " in capsys.readouterr().out
+    assert hashes(tmp_path) == before
+
+
+def test_the_transform_is_printed_as_it_is_pasted(capsys, two_maps, tmp_path):
+    moved = office_map()
+    frame = GridFrame(0.05, SE2(7.0, -4.0, 0.3), moved.frame.shape)
+    save_map(OccupancyGrid(frame, moved.log_odds), tmp_path / "b")
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
+    header, block, matrix, publisher = capsys.readouterr().out.split("\n\n")[1].splitlines()
+    assert header == "# a from b: x, y [m], yaw [rad], scale"
+    (group,) = yaml.safe_load((tmp_path / "merged/transforms.yaml").read_text())["groups"]
+    entry = group["maps"][1]
+    place = yaml.safe_load(block)
+    for name in ("x", "y", "yaw", "scale"):
+        assert place[name] == pytest.approx(entry[name], abs=1e-6)
+    assert publisher == entry["static_transform_publisher"]
+    expected = moved.frame.origin @ frame.origin.inverse()
+    assert (place["x"], place["y"], place["yaw"]) == pytest.approx((expected.x, expected.y, expected.yaw), abs=0.02)
+    np.testing.assert_allclose(np.array(yaml.safe_load(matrix)), entry["matrix"], atol=1e-5)
+    here, there = frame.metres_from_cells(np.array([[100.0, 50.0]])), moved.frame.metres_from_cells([[100.0, 50.0]])
+    np.testing.assert_allclose(np.array(entry["matrix"]) @ [*here[0], 1.0], [*there[0], 1.0], atol=0.02)
+
+
+@pytest.mark.slow
+def test_a_refusal_ends_with_what_to_try_and_a_picture_of_the_two_placements(capsys, two_maps, tmp_path):
+    save_map(office_map(2), tmp_path / "b")
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 1
+    captured = capsys.readouterr()
+    assert "none of 2 maps merged, frame of a" in captured.out
+    assert captured.err.splitlines()[-1].endswith(str(tmp_path / "merged/refused.png"))
+    assert captured.err.splitlines()[-2].startswith("mapquilt: try: ")
+    assert cv2.imread(str(tmp_path / "merged/refused.png")) is not None
+    save_map(office_map(), tmp_path / "b")
+    assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
+    assert not (tmp_path / "merged/refused.png").exists()
 
 
 def test_json_is_all_that_is_printed_and_is_the_record_on_disk(capsys, two_maps, tmp_path):
@@ -335,7 +382,7 @@ def test_names_are_printed_and_drawn_as_they_are(capsys, two_maps, tmp_path, mon
     save.parent.mkdir(parents=True)
     save_map(office_map(), save)
     assert command("merge", "a.yaml", strange, "--out", "x[/b]") == 0
-    assert f"a.yaml <- {strange} " in capsys.readouterr().out
+    assert f"# a.yaml from {strange}: " in capsys.readouterr().out
     assert command("convert", strange, "x[/b]/c.yaml") == 0
     assert capsys.readouterr().out == "x[/b]/c.yaml: map\n"
 
