@@ -78,7 +78,7 @@ def rows(worlds: Sequence[str], seeds: Sequence[int], levels: Sequence[float], d
     variants["no loops"] = LoopSettings(enabled=False)
     for name in worlds:
         for seed in seeds:
-            world, _ = open_world(name, seed, None, None, None)
+            world, _ = open_world(name, seed)
             mission, _ = simulate(world, MissionSettings((RobotSettings(lidar=LIDAR.lidar),) * 2, duration), seed)
             for level in levels:
                 noise = replace(Noise.level(1.0, LIDAR.noise), odometry=OdometryNoise().scaled(level))

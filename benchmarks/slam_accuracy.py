@@ -87,7 +87,7 @@ def rows(
     """Simulate each mission once, and map it at each level."""
     for family in families:
         for seed in seeds:
-            world, _ = open_world(family, seed, None, None, None)
+            world, _ = open_world(family, seed)
             mission, _ = simulate(world, MissionSettings(ROBOTS, duration), seed)
             places = true_footprints(mission)
             for level in levels:

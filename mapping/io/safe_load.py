@@ -58,7 +58,8 @@ def yaml_value(data: bytes, place: str) -> Any:
         if b"*" in data and any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(data, yaml.SafeLoader)):
             raise ValueError("it has aliases, which are not allowed")
         value = yaml.safe_load(data)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError, LookupError, AttributeError, RecursionError) as error:
+        # PyYAML lets the errors of its constructors through, such as KeyError for `!!bool x`.
         raise ValueError(f"{place}: not YAML: {_short(error)}") from None
     return _checked(value, place)
 

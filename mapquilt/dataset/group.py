@@ -64,7 +64,7 @@ def make_group(plan: MissionPlan) -> Group:
 
 def _simulate(plan: MissionPlan) -> Mission:
     spec = plan.missions
-    world = open_world(spec.world, plan.seed, spec.width, spec.height, spec.plan_resolution)[0]
+    world = open_world(spec.world, plan.seed, spec.width, spec.height, spec.plan)[0]
     return simulate(world, spec.settings(), plan.seed)[0]
 
 

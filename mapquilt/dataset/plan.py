@@ -98,8 +98,7 @@ def _fingerprints(family: MissionsSpec, seeds: Sequence[int]) -> list[str]:
     """Return the fingerprint of the world of each seed."""
     different = seeds[:1] if is_world_file(family.world) else seeds
     found = [
-        read_world(family.world, seed, family.width, family.height, family.plan_resolution)[0].fingerprint
-        for seed in different
+        read_world(family.world, seed, family.width, family.height, family.plan)[0].fingerprint for seed in different
     ]
     return found * (len(seeds) // len(different))
 

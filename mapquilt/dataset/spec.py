@@ -16,6 +16,7 @@ from mapquilt.settings import COMBINED, ExperimentConfig, check_parts
 from sim.mission.settings import MissionSettings
 from sim.physics.robot import RobotSettings
 from sim.sensors.lidar_presets import lidar_preset
+from worlds.importing.plan_file import PlanOptions
 
 READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
 """Names of the built-in specifications."""
@@ -40,11 +41,18 @@ class MissionsSpec(_Strict):
     width: Positive | None = None
     height: Positive | None = None
     plan_resolution: Positive | None = None
+    level: str | None = None
+    from_map: bool = False
     count: Annotated[int, Field(ge=1)]
     robots: Annotated[int, Field(ge=1)] = 3
     duration: Positive = 120.0
     lidar: str = "default"
     overlap: tuple[float, float] | None = None
+
+    @property
+    def plan(self) -> PlanOptions:
+        """Return how the plan of a real place is read."""
+        return PlanOptions(self.plan_resolution, self.level, self.from_map)
 
     def settings(self) -> MissionSettings:
         """Return the settings of the missions. Raises ``ValueError`` naming a value out of range."""

@@ -32,7 +32,7 @@ ROWS = [
 BEHAVIOUR = MissionSettings().behaviour
 NAVIGATION = BEHAVIOUR.navigation
 WAY = NAVIGATION.right_of_way
-ELSEWHERE = {"--help", "--width", "--height", "--plan-resolution"}
+ELSEWHERE = {"--help", "--width", "--height", "--plan-resolution", "--level", "--from-map"}
 """Options of `simulate` that docs/worlds.md documents."""
 
 

@@ -32,7 +32,7 @@ from mapquilt.cli.options.sensing import (
     SetOption,
     sample_settings,
 )
-from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName
+from mapquilt.cli.options.world import FromMap, Height, Level, PlanResolution, Width, WorldName
 from mapquilt.cli.tables import count_of_maps, print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
@@ -43,6 +43,7 @@ from mapquilt.runs.stages import simulate_run
 from mapquilt.settings import lidar_at_rate
 from sim.mission.settings import PolicyName, Starts
 from sim.physics.drive import Drive, DriveLimits
+from worlds.importing.plan_file import PlanOptions
 
 
 def simulate(
@@ -76,13 +77,15 @@ def simulate(
     width: Width = None,
     height: Height = None,
     plan_resolution: PlanResolution = None,
+    level: Level = None,
+    from_map: FromMap = False,
 ) -> int:
     """Simulate robots in a world; write their maps, their logs and the truth.
 
     Example: mapquilt simulate office --robots 3 --out runs/office
     """
     spare_inputs(out, [Path(world), *(replay or ()), *([] if robots_file is None else [robots_file])])
-    opened, warnings = open_world(world, seed, width, height, plan_resolution)
+    opened, warnings = open_world(world, seed, width, height, PlanOptions(plan_resolution, level, from_map))
     warn(warnings)
     carried = lidar_at_rate(lidar, rate)
     mission, paths = parse_mission(

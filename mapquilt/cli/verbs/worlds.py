@@ -12,14 +12,14 @@ from rich.table import Table
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.seeds import Role, stream
-from mapquilt.cli.options.world import Height, PlanResolution, Width, WorldName
-from mapquilt.cli.tables import print_table
+from mapquilt.cli.options.world import FromMap, Height, Level, PlanResolution, Width, WorldName
+from mapquilt.cli.tables import print_table, warn
 from mapquilt.json_file import check_record, to_text
 from mapquilt.runs.open_world import YAMLS, open_world
 from mapquilt.viz.world_picture import sheet_picture, world_picture
 from sim.mission.starts import random_starts
 from worlds.families.registry import FAMILIES
-from worlds.world import World
+from worlds.importing.plan_file import PlanOptions
 from worlds.world_file import world_to_json
 
 worlds_app = typer.Typer(
@@ -52,13 +52,16 @@ def show(
     width: Width = None,
     height: Height = None,
     plan_resolution: PlanResolution = None,
+    level: Level = None,
+    from_map: FromMap = False,
     out: Annotated[Path | None, typer.Option(help="PNG to write; default: WORLD-SEED.png.")] = None,
 ) -> None:
     """Draw a world with its dimensions and the robots' starts.
 
-    Example: mapquilt worlds show warehouse --seed 3
+    Example: mapquilt worlds show warehouse --seed 3, or mapquilt worlds show lab.yaml --from-map
     """
-    opened = _open(world, seed, width, height, plan_resolution)
+    opened, notes = open_world(world, seed, width, height, PlanOptions(plan_resolution, level, from_map))
+    warn(notes)
     starts = random_starts(stream(seed, Role.STARTS), opened, robots) if robots else ()
     path = Path(f"{opened.name}-{seed}.png") if out is None else out
     write_bytes_atomically(path, world_picture(opened, starts, seed))
@@ -73,14 +76,17 @@ def make(
     width: Width = None,
     height: Height = None,
     plan_resolution: PlanResolution = None,
+    level: Level = None,
+    from_map: FromMap = False,
 ) -> None:
     """Write a world to a file that can be edited and that `simulate` reads.
 
-    Example: mapquilt worlds make house --seed 5 --out house.json
+    Example: mapquilt worlds make house --seed 5 --out house.json, or make lab.yaml --from-map --out lab.json
     """
     if out.suffix.lower() not in (".json", *YAMLS):
         raise ValueError(f"--out {out}: a world file ends in .json, .yaml or .yml")
-    opened = _open(world, seed, width, height, plan_resolution)
+    opened, notes = open_world(world, seed, width, height, PlanOptions(plan_resolution, level, from_map))
+    warn(notes)
     record = world_to_json(opened)
     check_record(out, "world", record)
     is_yaml = out.suffix.lower() in YAMLS
@@ -100,10 +106,3 @@ def sheet(
     """
     write_bytes_atomically(out, sheet_picture(seed))
     print_table(f"{out}: {len(FAMILIES)} worlds, seed {seed}")
-
-
-def _open(world: str, seed: int, width: float | None, height: float | None, plan_resolution: float | None) -> World:
-    opened, warnings = open_world(world, seed, width, height, plan_resolution)
-    for warning in warnings:
-        typer.echo(f"mapquilt: warning: {warning}", err=True)
-    return opened

@@ -59,7 +59,16 @@ def test_json_with_numbers_that_are_not_finite_is_refused(tmp_path: Path, consta
 
 
 @pytest.mark.parametrize(
-    "text", [b"x: .inf", b"x: 2001-99-99", b"a: &a [1]\nb: *a", b"{? {} : 1}", b"x: !!python/name:os.system"]
+    "text",
+    [
+        b"x: .inf",
+        b"x: 2001-99-99",
+        b"a: &a [1]\nb: *a",
+        b"{? {} : 1}",
+        b"x: !!python/name:os.system",
+        b"!!bool x",
+        b"!!timestamp x",
+    ],
 )
 def test_yaml_tags_and_aliases_are_refused(tmp_path: Path, text: bytes) -> None:
     assert refusal(tmp_path / "bad.yaml", text)

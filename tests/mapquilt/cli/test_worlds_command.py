@@ -168,7 +168,9 @@ def test_plans_are_refused_with_what_is_wrong(tmp_path: Path, capsys: pytest.Cap
     assert "width is 3200 m" in refusal(capsys, "simulate", white, "--plan-resolution", "100", *out)
     assert "resolution is -1" in refusal(capsys, "simulate", white, "--plan-resolution=-1", *out)
     assert "no free floor" in refusal(capsys, "simulate", white, "--plan-resolution", "0.01", *out)
-    assert "applies to pictures only" in refusal(capsys, "simulate", "maze", "--plan-resolution", "0.1", *out)
+    assert "applies to pictures and drawings only" in refusal(
+        capsys, "simulate", "maze", "--plan-resolution", "0.1", *out
+    )
     assert "--width and --height" in refusal(capsys, "simulate", white, "--width", "5", *out)
 
 
@@ -184,3 +186,59 @@ def test_anything_but_a_world_is_refused(tmp_path: Path, capsys: pytest.CaptureF
     assert "width is 4 m, too small" in refusal(capsys, "worlds", "show", "house", "--width", "4")
     assert "ends in .json" in refusal(capsys, "worlds", "make", "maze", "--out", tmp_path / "maze.txt")
     assert "--seed -1: must" in refusal(capsys, "worlds", "show", "maze", "--seed=-1")
+
+
+def two_rooms(path: Path) -> Path:
+    """A map of two rooms without a door, in cells of 0.1 m, with specks in the larger one."""
+    cells = np.full((50, 90), 254, np.uint8)
+    cells[[0, 1, -2, -1]] = cells[:, [0, 1, 60, 61, -2, -1]] = 0
+    cells[20, 20] = cells[30, 40] = 205
+    Image.fromarray(cells).save(path.with_suffix(".png"))
+    path.write_text(
+        f"image: {path.stem}.png\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
+        "free_thresh: 0.196\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_a_real_map_becomes_a_world_that_says_what_was_mended(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan, out = two_rooms(tmp_path / "flat.yaml"), tmp_path / "flat.json"
+    assert "worlds make --from-map" in refusal(capsys, "worlds", "make", plan, "--out", out)
+    assert not out.exists()
+    assert run(["worlds", "make", "--from-map", str(plan), "--out", str(out)]) == 0
+    err = capsys.readouterr().err
+    assert f"{plan}: dropped 2 solid specks of at most 1 cells" in err
+    assert "1 part of the floor that robots of 0.2 m radius cannot reach: 12.0 m^2 of 38.6 m^2" in " ".join(err.split())
+    world, notes = open_world(str(out), seed=0)
+    assert notes == ()
+    assert world.clearance([(2.05, 2.95)]) == pytest.approx([1.85])
+    assert world.fault_at(7.0, 2.0) == "in a wall of world 'flat'"
+    picture = tmp_path / "flat-world.png"
+    assert run(["worlds", "show", str(plan), "--from-map", "--out", str(picture)]) == 0
+    assert picture.stat().st_size > 1000
+
+
+def test_a_level_of_a_building_is_chosen_by_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    corners = [[0, 0, 0, ""], [6, 0, 0, ""], [6, 4, 0, ""], [0, 4, 0, ""], [0, 8, 0, ""], [6, 8, 0, ""]]
+    low, high = (
+        {"vertices": corners, "walls": walls}
+        for walls in ([[0, 1], [1, 2], [2, 3], [3, 0]], [[0, 1], [1, 5], [5, 4], [4, 0]])
+    )
+    path = tmp_path / "clinic.building.yaml"
+    record = {"name": "clinic", "coordinate_system": "cartesian_meters", "levels": {"L1": low, "L2": high}}
+    path.write_text(json.dumps(record), encoding="utf-8")
+    out = tmp_path / "clinic.json"
+    assert "has 2 levels: L1, L2" in refusal(capsys, "worlds", "make", path, "--out", out)
+    assert run(["worlds", "make", str(path), "--level", "L2", "--out", str(out)]) == 0
+    capsys.readouterr()
+    assert open_world(str(out), 0)[0].size == pytest.approx((6.3, 8.3))
+    assert "--level: applies to buildings only" in refusal(capsys, "worlds", "make", out, "--level", "L2", "--out", out)
+
+
+def test_options_of_plans_are_refused_for_families(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "maze.json"
+    assert "--from-map and --level" in refusal(capsys, "worlds", "make", "maze", "--from-map", "--out", out)
+    assert "--from-map and --level" in refusal(capsys, "worlds", "make", "maze", "--level", "L1", "--out", out)

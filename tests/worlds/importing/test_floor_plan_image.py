@@ -1,4 +1,4 @@
-"""Floor plans: free cells are free and all others solid, exactly."""
+"""Free cells of floor plans: dark and unknown are solid, transparent is free."""
 
 from __future__ import annotations
 
@@ -12,53 +12,7 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from mapping.io.map_file import save_map
-from worlds.importing.floor_plan_image import read_plan_map, read_plan_picture, world_from_cells
-from worlds.raster import true_raster
-
-
-def rooms(seed: int) -> np.ndarray:
-    """Random rooms in solid ground, row 0 lowest."""
-    rng = np.random.default_rng(seed)
-    free = np.zeros((60, 80), dtype=bool)
-    for row, col in rng.integers(2, (45, 60), (12, 2)):
-        free[row : row + int(rng.integers(3, 13)), col : col + int(rng.integers(3, 18))] = True
-    return free
-
-
-@pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("resolution", [0.05, 0.1, 0.037])
-def test_the_raster_of_a_plan_is_the_plan_cell_for_cell(seed: int, resolution: float) -> None:
-    free = rooms(seed)
-    world = world_from_cells("plan", free, resolution)
-    assert np.array_equal(true_raster(world, resolution).free, free)
-    assert world.size == (80 * resolution, 60 * resolution)
-
-
-def test_equal_runs_of_rows_become_one_box() -> None:
-    free = np.zeros((20, 30), dtype=bool)
-    free[5:15, 5:25] = True
-    assert len(world_from_cells("one room", free, 0.1).obstacles) == 4
-    assert len(world_from_cells("turned", free.T, 0.1).obstacles) == 4
-
-
-def test_outdoor_cells_become_solid() -> None:
-    free = np.ones((40, 40), dtype=bool)
-    free[5:35, 5:35] = False
-    free[7:33, 7:33] = True
-    world = world_from_cells("house in a white margin", free, 0.1)
-    indoors = np.zeros_like(free)
-    indoors[7:33, 7:33] = True
-    assert np.array_equal(true_raster(world, 0.1).free, indoors)
-
-
-def test_an_open_plan_gets_a_wall_of_10_cm_around_it() -> None:
-    free = np.ones((40, 30), dtype=bool)
-    free[20, 10:] = False
-    world = world_from_cells("open", free, 0.04)
-    assert world.size == pytest.approx((36 * 0.04, 46 * 0.04))
-    raster = true_raster(world, 0.04)
-    assert np.array_equal(raster.free[3:-3, 3:-3], free)
-    assert raster.free.sum() == free.sum()
+from worlds.importing.floor_plan_image import read_plan_map, read_plan_picture
 
 
 def test_in_a_picture_dark_is_wall_and_transparent_is_not(tmp_path: Path) -> None:
@@ -68,8 +22,29 @@ def test_in_a_picture_dark_is_wall_and_transparent_is_not(tmp_path: Path) -> Non
     alpha = np.full_like(grey, 255)
     grey[5, 5], alpha[5, 5] = 0, 0
     Image.fromarray(np.stack((grey, alpha), axis=-1), "LA").save(tmp_path / "plan.png")
-    raster = true_raster(read_plan_picture(tmp_path / "plan.png", 0.1), 0.1)
-    assert np.argwhere(raster.occupied[1:-1, 1:-1]).tolist() == [[7, 4]]
+    plan = read_plan_picture(tmp_path / "plan.png", 0.1)
+    assert np.argwhere(~plan.free[1:-1, 1:-1]).tolist() == [[7, 4]]
+
+
+@pytest.mark.parametrize("ending", ["jpg", "bmp", "tif", "png"])
+def test_pictures_of_any_kind_are_plans(tmp_path: Path, ending: str) -> None:
+    grey = np.full((40, 60), 255, np.uint8)
+    grey[:, :8] = grey[:16] = 0
+    Image.fromarray(grey).save(tmp_path / f"plan.{ending}", quality=95)
+    assert np.array_equal(read_plan_picture(tmp_path / f"plan.{ending}", 0.1).free, grey[::-1] > 0)
+
+
+def test_unknown_is_solid_in_a_picture_with_the_greys_of_a_map_saver(tmp_path: Path) -> None:
+    grey = np.full((10, 20), 205, np.uint8)
+    grey[2:8, 2:18], grey[5, 5] = 254, 0
+    Image.fromarray(grey).save(tmp_path / "map.png")
+    plan = read_plan_picture(tmp_path / "map.png", 0.1)
+    assert np.array_equal(plan.free, grey[::-1] == 254)
+    assert "205" in plan.notes[0]
+    Image.fromarray(np.where(grey == 0, 7, grey).astype(np.uint8)).save(tmp_path / "picture.png")
+    plan = read_plan_picture(tmp_path / "picture.png", 0.1)
+    assert np.array_equal(plan.free, grey[::-1] > 0)
+    assert plan.notes == ()
 
 
 def test_in_a_map_unknown_is_solid(tmp_path: Path) -> None:
@@ -78,16 +53,9 @@ def test_in_a_map_unknown_is_solid(tmp_path: Path) -> None:
     cells[6:24, 6:34] = FREE
     cells[10, 10] = UNKNOWN
     save_map(OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(-3.0, 2.0, 0.0), (30, 40)), cells), tmp_path / "map")
-    world, warnings = read_plan_map(tmp_path / "map.yaml")
-    assert np.array_equal(true_raster(world, 0.1).free, cells == FREE)
-    assert (world.name, world.size, warnings) == ("map", (4.0, pytest.approx(3.0)), ())
-
-
-def test_plans_without_floor_and_with_too_much_detail_are_refused() -> None:
-    with pytest.raises(ValueError, match="no free cell"):
-        world_from_cells("black", np.zeros((5, 5), dtype=bool), 0.1)
-    with pytest.raises(ValueError, match=r"take \d+ boxes, at most 10000"):
-        world_from_cells("noise", np.random.default_rng(0).random((300, 300)) < 0.6, 0.05)
+    plan = read_plan_map(tmp_path / "map.yaml")
+    assert np.array_equal(plan.free, cells == FREE)
+    assert (plan.resolution, plan.notes) == (0.1, ())
 
 
 @pytest.mark.parametrize("resolution", [0.0, -1.0, float("nan"), float("inf")])

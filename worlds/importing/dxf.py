@@ -1,0 +1,55 @@
+"""Read drawings in DXF by ezdxf: every line, polyline, arc and curve of the model space is a wall."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.io.picture import read_limited
+from worlds.importing.solids import chain, walls, world_from_solids
+from worlds.world import World
+
+THICKNESS = 0.05
+"""Thickness of the walls [m]: drawings show both faces of a wall as lines."""
+SAG = 0.01
+"""Greatest distance between a curve and the segments that replace it [m]."""
+MAX_BYTES = 2**27
+"""Most bytes of a DXF file."""
+DRAWN = frozenset(("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"))
+
+
+def read_dxf(path: Path, metres_per_unit: float | None) -> tuple[World, tuple[str, ...]]:
+    """Read the lines and curves of a DXF drawing, also those in blocks, as walls.
+
+    Layers that are off or frozen, texts, dimensions and hatches are left out. The size comes from the unit of the
+    drawing (``$INSUNITS``), unless ``metres_per_unit`` is given. Returns the world, and notes. Raises ``ValueError`` if
+    the file is no DXF, or states no unit and none is given; ``ImportError`` without ezdxf.
+    """
+    try:
+        import ezdxf
+        from ezdxf import disassemble, units
+        from ezdxf import path as curves
+        from ezdxf.enums import InsertUnits
+    except ImportError:
+        raise ImportError("a DXF drawing needs ezdxf: pip install 'mapquilt[plans]'") from None
+    read_limited(path, MAX_BYTES)
+    try:
+        drawing = ezdxf.readfile(path)  # type: ignore[attr-defined]
+    except (ezdxf.DXFError, OSError, UnicodeDecodeError) as error:  # type: ignore[attr-defined]
+        raise ValueError(f"is no DXF drawing: {' '.join(str(error).split())[:200]}") from None
+    if metres_per_unit is None:
+        if not drawing.units:
+            raise ValueError("the drawing states no unit ($INSUNITS); give --plan-resolution, in metres a unit")
+        metres_per_unit = units.conversion_factor(InsertUnits(drawing.units), InsertUnits.Meters)
+    segments: list[NDArray[np.float64]] = []
+    for entity in disassemble.recursive_decompose(drawing.modelspace()):
+        layer = drawing.layers.get(entity.dxf.layer) if entity.dxf.layer in drawing.layers else None
+        if entity.dxftype() not in DRAWN or (layer is not None and (layer.is_off() or layer.is_frozen())):
+            continue
+        points = [(point.x, point.y) for point in curves.make_path(entity).flattening(SAG / metres_per_unit)]
+        if len(points) > 1:
+            segments.extend(chain(np.array(points) * metres_per_unit, closed=False))
+    note = f"a unit of the drawing is {metres_per_unit:g} m"
+    return world_from_solids(path.stem, walls(segments, THICKNESS)), (note,)
