@@ -144,10 +144,11 @@ def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tup
     near = [pair for pair in others if team.likelihood(*pair, cluster.target_from_source(*pair)) >= least]
     found = dict(zip(near, _match_where_predicted(team, cluster, near), strict=True))
     updated, edges = dict(answers), list(cluster.edges)
+    bridges = team.chain_confidences(cluster, answers)
     for pair in others:
         guided = found.get(pair)
         agrees = guided is not None and guided.accepted and team.agrees(guided, cluster)
-        accepted = verdicts.with_guided_answer(answers.get(pair), guided, agrees)
+        accepted = verdicts.with_guided_answer(answers.get(pair), guided, agrees, bridges[pair])
         if accepted is not None:
             edges.append(team.edge(accepted))
         updated[pair] = accepted or verdicts.outside_graph(answers.get(pair), team.task(pair), pair in found)
@@ -182,10 +183,12 @@ def _merge(
 ) -> tuple[Cluster, Answers] | None:
     """Join two clusters on the refused pairs that agree with the match of their fused maps; None if none does."""
     both = placed_together(first, second, found.first_from_second)
+    links = [*team.chain_confidences(first, answers).values(), *team.chain_confidences(second, answers).values()]
+    confidence = min([found.confidence, *links])
     accepted: dict[Pair, PairResult] = {}
     for pair, guided in zip(found.pairs, _match_where_predicted(team, both, found.pairs), strict=True):
         agrees = guided.target_from_source is not None and team.agrees(guided, both)
-        answer = verdicts.with_agreeing_refusals(answers[pair], guided, agrees, found.confidence)
+        answer = verdicts.with_agreeing_refusals(answers[pair], guided, agrees, confidence)
         if answer is not None:
             accepted[pair] = answer
     if not accepted:

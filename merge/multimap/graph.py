@@ -219,6 +219,21 @@ def hop_distances(cluster: Cluster) -> NDArray[np.float64]:
     return np.asarray(shortest_path(graph, directed=False, unweighted=True), np.float64)
 
 
+def chain_confidences(members: Sequence[int], links: Mapping[Pair, float]) -> dict[Pair, float]:
+    """Return the confidence of the surest chain of ``links`` between each two members: that of its weakest link.
+
+    ``links`` are the confidences of pairs. Members that no chain joins have 0.
+    """
+    ordered = sorted(members)
+    at = {member: k for k, member in enumerate(ordered)}
+    surest = np.zeros((len(ordered), len(ordered)))
+    for (a, b), confidence in links.items():
+        surest[at[a], at[b]] = surest[at[b], at[a]] = max(surest[at[a], at[b]], confidence)
+    for via in range(len(ordered)):
+        surest = np.maximum(surest, np.minimum(surest[:, via, None], surest[None, via]))
+    return {(a, b): float(surest[at[a], at[b]]) for a in ordered for b in ordered if a < b}
+
+
 def adjacency(members: Sequence[int], edges: Sequence[Edge], costs: Sequence[float] | None = None) -> csr_array:
     """Return the edges as a sparse matrix (N, N), in the order of the members."""
     at = {member: k for k, member in enumerate(members)}

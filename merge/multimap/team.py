@@ -12,7 +12,16 @@ import numpy as np
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
-from merge.multimap.graph import Cluster, ConsistencyModel, Edge, LocalFrame, Pair, edge_from_answer
+from merge.multimap.graph import (
+    Cluster,
+    ConsistencyModel,
+    Edge,
+    LocalFrame,
+    Pair,
+    chain_confidences,
+    edge_from_answer,
+    pairs_of,
+)
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.task import PairTask, Runner, canonical_order, run_tasks
@@ -128,6 +137,10 @@ class Team:
     def local(self, metric: Similarity2, target: int, source: int) -> Similarity2:
         """Express ``target_from_source`` in metres between the local frames."""
         return self.frames[target].metres_from_local.inverse() @ metric @ self.frames[source].metres_from_local
+
+    def chain_confidences(self, cluster: Cluster, answers: Answers) -> dict[Pair, float]:
+        """Return the confidence of the surest chain of accepted pairs between each two maps of a cluster."""
+        return chain_confidences(sorted(cluster.poses), {p: answers[p].confidence for p in pairs_of(cluster.edges)})
 
     def agrees(self, answer: PairResult, cluster: Cluster) -> bool:
         """Test if an answer agrees with the poses of a cluster."""

@@ -23,9 +23,18 @@ def with_prior(answer: PairResult, near: PairResult, expected: Expected) -> Pair
     return _refused(answer, Reason.CONTRADICTS_PRIOR, "prior") if answer.accepted else answer
 
 
-def with_guided_answer(answer: PairResult | None, guided: PairResult | None, agrees: bool) -> PairResult | None:
-    """Accept a guided answer that is accepted by itself and ``agrees`` with the poses of the cluster; else None."""
-    return _recovered(answer, guided, "team") if guided is not None and guided.accepted and agrees else None
+def with_guided_answer(
+    answer: PairResult | None, guided: PairResult | None, agrees: bool, bridge: float
+) -> PairResult | None:
+    """Accept a guided answer that is accepted by itself and ``agrees`` with the poses of the cluster; else None.
+
+    ``bridge`` is the confidence of the chain of pairs that put the two maps there. The answer is never surer than that:
+    two storeys that look alike confirm one another in every pair.
+    """
+    if guided is None or not guided.accepted or not agrees:
+        return None
+    capped = dataclasses.replace(guided, confidence=min(guided.confidence, bridge))
+    return _recovered(answer, capped, "team")
 
 
 def outside_graph(answer: PairResult | None, task: PairTask, overlaps: bool) -> PairResult:
@@ -48,7 +57,7 @@ def with_agreeing_refusals(
 ) -> PairResult | None:
     """Accept a refused pair at the transform of the fused clusters, if its guided answer ``agrees``; else None.
 
-    ``confidence`` is that of the match of the fused clusters.
+    ``confidence`` is that of the match of the fused clusters, or of the weakest link inside them if that is less.
     """
     if guided.target_from_source is None or not agrees:
         return None

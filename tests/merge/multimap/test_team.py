@@ -95,6 +95,16 @@ def test_a_refused_pair_is_recovered_and_keeps_its_reason(three):
     assert (again.accepted, again.reason) == (False, Reason.AMBIGUOUS)
 
 
+def test_a_pair_won_back_is_never_surer_than_the_bridge_that_placed_it(three):
+    """Two storeys look alike: every pair across them agrees, but all stand on one doubtful pair."""
+    maps, _, before = three
+    answers = with_refused(before, [("b", "c")], {})
+    answers["a", "c"] = dataclasses.replace(answers["a", "c"], confidence=0.64)
+    pair = merge_maps(maps, answers=answers).pairs[2]
+    assert (pair.accepted, pair.decided_by) == (True, "team")
+    assert pair.confidence == 0.64
+
+
 def with_refused(before, refused, moves):
     """The answers of a result, those pairs refused; where there is a move for one, found elsewhere."""
     answers = {(p.target, p.source): verdict_by_itself(p) for p in before.pairs}

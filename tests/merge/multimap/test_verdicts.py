@@ -60,12 +60,18 @@ def test_a_prior_recovers_what_it_confirms_and_refuses_what_it_contradicts(befor
 
 
 def test_a_guided_answer_counts_only_if_accepted_and_in_agreement():
-    recovered = verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=True)
+    recovered = verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=True, bridge=0.95)
     assert outcome(recovered) == (True, None, "team")
     assert recovered.pair_refusal == Refusal(Reason.AMBIGUOUS)
-    assert verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=False) is None
-    assert verdicts.with_guided_answer(AMBIGUOUS, AMBIGUOUS, agrees=True) is None
-    assert verdicts.with_guided_answer(AMBIGUOUS, None, agrees=True) is None
+    assert verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=False, bridge=0.95) is None
+    assert verdicts.with_guided_answer(AMBIGUOUS, AMBIGUOUS, agrees=True, bridge=0.95) is None
+    assert verdicts.with_guided_answer(AMBIGUOUS, None, agrees=True, bridge=0.95) is None
+
+
+@pytest.mark.parametrize(("bridge", "confidence"), [(0.65, 0.65), (0.97, 0.9)])
+def test_a_guided_answer_is_never_surer_than_the_chain_that_placed_it(bridge, confidence):
+    recovered = verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=True, bridge=bridge)
+    assert (recovered.accepted, recovered.confidence) == (True, confidence)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +97,7 @@ def test_agreeing_refusals_are_accepted_with_the_confidence_of_the_fused_match()
 
 @pytest.mark.parametrize("before", [ACCEPTED, AMBIGUOUS])
 def test_the_verdict_of_the_pair_itself_can_be_restored(before):
-    recovered = verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=True)
+    recovered = verdicts.with_guided_answer(AMBIGUOUS, ACCEPTED, agrees=True, bridge=0.95)
     assert outcome(verdicts.verdict_by_itself(before)) == outcome(before)
     assert outcome(verdicts.verdict_by_itself(recovered)) == outcome(AMBIGUOUS)
     assert outcome(verdicts.verdict_by_itself(verdicts.outside_graph(before, task(), True))) == outcome(before)
