@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 
+from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.multimap import verdicts
 from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
@@ -15,6 +16,7 @@ from merge.multimap.joint_icp import joint_icp
 from merge.multimap.pair_selection import in_matching_order, score_all, select
 from merge.multimap.pose_graph import join_clusters, refit_cluster
 from merge.multimap.results import merge_result
+from merge.multimap.stitching import stitch
 from merge.multimap.team import Answers, Solution, Team
 from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import GuidedTask, match, match_near
@@ -42,16 +44,17 @@ def merge_maps(
     cells. Each cluster is fused in the frame of one map.
 
     The same maps, settings and seed give the same result with any number of workers of the ``runner``, and in any order
-    of the maps, except for its frame: that of the first map given of each cluster, unless the settings name one.
-    Maps that do not match are no error: their pair is refused with a reason. ``answers``, by target
-    and source, are those of pairs that were matched before.
+    of the maps, except for its frame: that of the first map given of each cluster, unless the settings name one. Maps
+    that do not match are no error: their pair is refused with a reason. ``answers``, by target and source, are those of
+    pairs that were matched before. With ``settings.trust_priors`` the maps are stitched at their start poses instead,
+    and nothing is matched.
 
-    Raises ``ValueError`` if the seed is negative, or a setting names an unknown map.
+    Raises ``ValueError`` if the seed is negative, a setting names an unknown map, or a map to stitch has no resolution.
     """
     _check_names(maps, settings)
     team = Team.of(maps, settings, seed, on_progress, runner)
     known = {team.pair(*names): answer for names, answer in (answers or {}).items() if set(names) <= set(maps.names)}
-    return merge_result(team, solve(team, known))
+    return merge_result(team, stitch(team) if settings.trust_priors else solve(team, known))
 
 
 def match_maps(
@@ -103,15 +106,19 @@ def match_pairs(team: Team, answers: Answers, pairs: Sequence[Pair]) -> Answers:
     """Match pairs; match pairs that were refused or contradict a prior again near the prior."""
     pairs = in_matching_order(pairs)
     found = dict(zip(pairs, team.run(match, [team.task(pair) for pair in pairs]), strict=True))
-    again = []
-    for pair, answer in found.items():
-        expected = team.expected.get((answer.target, answer.source))
-        if expected is not None and verdicts.needs_prior_search(answer, expected):
-            again.append((pair, expected))
-    tasks = [GuidedTask(team.task(pair), expected) for pair, expected in again]
-    for (pair, expected), near in zip(again, team.run(match_near, tasks), strict=True):
-        found[pair] = verdicts.with_prior(found[pair], near, expected)
+    expected = {pair: team.expected[names] for pair in pairs if (names := team.task(pair).names) in team.expected}
+    again = [pair for pair, where in expected.items() if verdicts.needs_prior_search(found[pair], where)]
+    tasks = [GuidedTask(team.task(pair), expected[pair], _candidates(found[pair])) for pair in again]
+    for pair, near in zip(again, team.run(match_near, tasks), strict=True):
+        found[pair] = verdicts.with_prior(found[pair], near, expected[pair])
+    found |= {pair: verdicts.within_prior(found[pair], where) for pair, where in expected.items()}
     return {**answers, **found}
+
+
+def _candidates(answer: PairResult) -> tuple[Similarity2, ...]:
+    """List all transforms that a pair found, the best first."""
+    best = () if answer.target_from_source is None else (answer.target_from_source,)
+    return (*best, *(other.target_from_source for other in answer.alternatives))
 
 
 def cluster(team: Team, answers: Answers) -> list[Cluster]:

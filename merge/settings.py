@@ -69,7 +69,8 @@ class MergeSettings:
     - ``acceptance``: how certain an answer must be;
     - ``reference``: name of the map in whose frame its cluster is expressed; None takes the first given;
     - ``fusion``: rule that combines cells that several maps know; ``merged_grid``: the grid of the result;
-    - ``priors``: start poses of maps, as far as they are known;
+    - ``priors``: start poses of maps, as far as they are known; ``trust_priors``: all maps are joined at these, without
+      matching or verification;
     - the others: settings of the steps.
 
     Raises ``ValueError`` for an unknown method or fusion, a method that has no answer of its own, or a prior that says
@@ -84,6 +85,7 @@ class MergeSettings:
     fusion: FusionName = "log_odds"
     merged_grid: FusionSettings = field(default_factory=FusionSettings)
     priors: tuple[Prior, ...] = ()
+    trust_priors: bool = False
     prior: PriorSettings = field(default_factory=PriorSettings)
     preparation: PreparationSettings = field(default_factory=PreparationSettings)
     proposers: ProposerSettings = field(default_factory=ProposerSettings)
@@ -100,7 +102,8 @@ class MergeSettings:
             raise ValueError(f"method {self.method!r} has no answer of its own as published, only {having} have")
         if self.fusion not in FUSIONS:
             raise ValueError(f"fusion is {self.fusion!r}, must be one of {', '.join(FUSIONS)}")
-        expected_poses(self.priors, self.reference)
+        if not self.trust_priors:
+            expected_poses(self.priors, self.reference)
 
     def __reduce__(self) -> tuple[Callable[..., MergeSettings], tuple[Any, ...]]:
         """Pickle the settings with the method that a user registered, so that worker processes know it."""

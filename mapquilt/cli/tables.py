@@ -51,9 +51,10 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
     notes = []
     for pair in result.pairs:
         name, source_unit = f"{pair.target} <- {pair.source}", maps.units[maps.names.index(pair.source)]
-        verdict = "accepted" if pair.accepted else "refused"
+        verdict = ("accepted" if pair.verified else "unverified") if pair.accepted else "refused"
+        confidence = f"{pair.confidence:.2f}" if pair.verified else "-"
         place = _place(pair, source_unit, pair.target_from_source, pair.covariance)
-        table.add_row(name, verdict, f"{pair.confidence:.2f}", *place)
+        table.add_row(name, verdict, confidence, *place)
         notes += [f"{name}: {text}" for text in _note(pair)]
         for other in pair.alternatives if alternatives else ():
             best = "" if pair.evidence is None else f"not {pair.evidence.score:.2f}"
@@ -83,8 +84,8 @@ def doubled_walls(result: MergeResult, written: bool) -> tuple[str, ...]:
 
 def _note(pair: PairResult) -> tuple[str, ...]:
     """Return the reason of a refusal, or who accepted a pair that was not accepted by itself."""
-    if not pair.accepted:
-        return (f"refused: {pair.reason_text}",)
+    if pair.remark is not None:
+        return (f"refused: {pair.remark}" if not pair.accepted else pair.remark,)
     if pair.decided_by == "pair":
         return ()
     alone = f", alone refused: {pair.pair_refusal}" if pair.pair_refusal else ""

@@ -94,7 +94,7 @@ class EvaluatedPair:
     """One method's answer to a pair of maps beside its truth.
 
     - ``accepted``: None if the pair was not merged; everything below is then None as well;
-    - ``confidence``: 0 to 1; ``reason``: of a refusal;
+    - ``confidence``: 0 to 1; ``reason``: of a refusal, or that an accepted pair was not verified;
     - ``answer``: best transform of the method, accepted or not; ``alternative``: the second-best placement;
     - ``error``: of the answer; None without an answer or without common ground;
     - ``right``: the error is within the criterion, whether the answer was accepted or not;
@@ -179,7 +179,7 @@ def evaluate_pair(
         method=method,
         accepted=answer.accepted,
         confidence=answer.confidence,
-        reason=answer.reason_text,
+        reason=answer.remark,
         answer=found,
         evidence=answer.evidence,
         alternative=answer.alternatives[0] if answer.alternatives else None,

@@ -16,6 +16,7 @@ from scipy.special import chdtri
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
 from merge.multimap.settings import EdgeSettings, MultimapSettings
+from merge.records.prior import Extent
 from merge.records.result import PairResult
 
 Pair = tuple[int, int]
@@ -36,6 +37,12 @@ class LocalFrame:
     metres_from_local: Similarity2
     diagonal: float
     area: int
+
+    @property
+    def extent(self) -> Extent:
+        """Extent of the map in its metres."""
+        place = self.metres_from_local
+        return Extent(self.diagonal * place.scale, math.hypot(place.x, place.y))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from merge.multimap.graph import (
     Edge,
     LocalFrame,
     Pair,
+    PairLikelihood,
     chain_confidences,
     edge_from_answer,
     pairs_of,
@@ -93,16 +94,22 @@ class Team:
         frames = tuple(local_frames(ordered, run.cache))
         scale = settings.scale if settings.scale is not None else maps.scale_range
         likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood, settings.alignment)
+        extents = {name: frame.extent for name, frame in zip(ordered.names, frames, strict=True)}
+        expected = expected_poses(settings.priors, settings.reference, settings.prior, scale, extents)
         return Team(
             names=maps.names,
             maps=ordered,
             settings=settings,
             seed=seed,
             scale=scale,
-            expected=expected_poses(settings.priors, settings.reference, settings.prior),
+            expected=expected,
             frames=frames,
             likelihood=likelihood,
-            model=ConsistencyModel(likelihood, scale.fixed, settings.multimap),
+            model=ConsistencyModel(
+                _with_priors(likelihood, expected, ordered.names, frames, settings.prior.contradiction_log_odds),
+                scale.fixed,
+                settings.multimap,
+            ),
             run=run,
         )
 
@@ -154,6 +161,27 @@ class Solution:
 
     clusters: tuple[Cluster, ...]
     answers: Answers
+
+
+def _with_priors(
+    cells: PairLikelihood,
+    expected: Mapping[tuple[str, str], Expected],
+    names: Sequence[str],
+    frames: Sequence[LocalFrame],
+    contradiction: float,
+) -> PairLikelihood:
+    """Return the log-odds of the cells, and of the ``contradiction`` where a pose contradicts a prior."""
+    if not expected:
+        return cells
+
+    def log_odds(target: int, source: int, target_from_source: Similarity2) -> float:
+        prior = expected.get((names[target], names[source]))
+        metric = frames[target].metres_from_local @ target_from_source @ frames[source].metres_from_local.inverse()
+        if prior is not None and not prior.allows(metric):
+            return contradiction
+        return cells(target, source, target_from_source)
+
+    return log_odds
 
 
 def local_frames(maps: MapSet, cache: FeatureCache) -> list[LocalFrame]:

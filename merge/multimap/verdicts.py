@@ -17,10 +17,27 @@ def needs_prior_search(answer: PairResult, expected: Expected) -> bool:
 
 
 def with_prior(answer: PairResult, near: PairResult, expected: Expected) -> PairResult:
-    """Accept the answer ``near`` the prior if it holds; else refuse an accepted answer, which contradicts the prior."""
-    if near.accepted and near.target_from_source is not None and expected.allows(near.target_from_source):
+    """Accept the answer ``near`` the prior if it holds; else refuse the pair.
+
+    A refused pair keeps its answer if the prior allows that. Otherwise it has the answer near the prior, or none.
+    """
+    found, held = answer.target_from_source, near.target_from_source
+    if near.accepted and held is not None and expected.allows(held):
         return _recovered(answer, near, "prior")
-    return _refused(answer, Reason.CONTRADICTS_PRIOR, "prior") if answer.accepted else answer
+    if found is not None and expected.allows(found):
+        return answer
+    if held is not None and expected.allows(held):
+        return dataclasses.replace(near, decided_by="prior")
+    nowhere = dataclasses.replace(
+        near, target_from_source=None, target_from_source_pixels=None, evidence=None, covariance=None, confidence=0.0
+    )
+    return _refused(nowhere, Reason.CONTRADICTS_PRIOR, "prior")
+
+
+def within_prior(answer: PairResult, expected: Expected) -> PairResult:
+    """Leave out the alternatives that contradict the prior."""
+    kept = tuple(other for other in answer.alternatives if expected.allows(other.target_from_source))
+    return dataclasses.replace(answer, alternatives=kept)
 
 
 def with_guided_answer(
@@ -66,11 +83,10 @@ def with_agreeing_refusals(
 
 
 def verdict_by_itself(answer: PairResult) -> PairResult | None:
-    """Restore the verdict of a pair before team and priors were used; None if it was not matched."""
+    """Restore the verdict of a pair before team and priors were used; None if its answer was not kept."""
     if answer.decided_by == "pair":
         return answer
-    overruled = (Reason.CONTRADICTS_TEAM, Reason.CONTRADICTS_PRIOR)
-    if answer.reason in overruled:
+    if answer.reason is Reason.CONTRADICTS_TEAM:
         return dataclasses.replace(answer, accepted=True, refusal=None, decided_by="pair")
     if answer.pair_refusal is not None:
         return dataclasses.replace(

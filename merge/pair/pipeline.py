@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,10 +67,14 @@ def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures])
 
 @dataclass(frozen=True, eq=False)
 class GuidedTask:
-    """A pair to match near a ``guess``: target_from_source in metres, or a range of poses that a prior expects."""
+    """A pair to match near a ``guess``: target_from_source in metres, or a range of poses that a prior expects.
+
+    ``candidates`` are further guesses of the transform; only those that the prior allows are used.
+    """
 
     pair: PairTask
     guess: Similarity2 | Expected
+    candidates: tuple[Similarity2, ...] = ()
 
 
 def match_near(task: GuidedTask, cache: FeatureCache | None = None) -> PairResult:
@@ -80,11 +84,17 @@ def match_near(task: GuidedTask, cache: FeatureCache | None = None) -> PairResul
     metres = [metres_from_prepared(grid.frame, each.prepared) for grid, each in zip(pair.grids, features, strict=True)]
     scale = pair.in_cells(pair.scale, features)
     if isinstance(task.guess, Expected):
-        guesses = task.guess.starts(features[0].prepared.diagonal, *metres)
-    else:
-        guesses = [metres[0].inverse() @ task.guess @ metres[1]]
-    guesses = [dataclasses.replace(guess, scale=scale.clip(guess.scale)) for guess in guesses]
-    return to_result(pair, merge_pair_near(*features, guesses, scale, pair.settings), features)
+        expected = task.guess
+        known = [metres[0].inverse() @ each @ metres[1] for each in task.candidates if expected.allows(each)]
+        guesses = [*known, *expected.starts(features[0].prepared.diagonal, *metres)]
+
+        def allows(answer: Similarity2) -> bool:
+            return expected.allows(metres[0] @ answer @ metres[1].inverse())
+
+        return to_result(pair, merge_pair_near(*features, guesses, scale, pair.settings, allows), features)
+    guess = metres[0].inverse() @ task.guess @ metres[1]
+    guess = dataclasses.replace(guess, scale=scale.clip(guess.scale))
+    return to_result(pair, merge_pair_near(*features, [guess], scale, pair.settings), features)
 
 
 def _answer(
@@ -159,14 +169,22 @@ def merge_pair_near(
     guesses: Sequence[Similarity2],
     scale: ScaleRange,
     settings: MergeSettings = MergeSettings(),
+    allows: Callable[[Similarity2], bool] = lambda _: True,
 ) -> PairAnswer:
-    """Merge two maps near given transforms, cells to cells; no transform far away makes the answer ambiguous."""
+    """Merge two maps near given transforms, cells to cells; no transform far away makes the answer ambiguous.
+
+    Only answers count that a prior ``allows``.
+    """
     maps = target.prepared, source.prepared
     if _has_little_structure(*maps, settings):
         return PairAnswer(None, None, Verdict.refuse(Reason.LITTLE_STRUCTURE))
     rough = refine_proposals(*maps, [Proposal(guess) for guess in guesses], scale, settings.alignment)
-    finalists = rough[: settings.alignment.hypotheses.finalists]
-    return _best_answer(*maps, refine_with_care(*maps, finalists, scale, settings.alignment), scale, settings)
+    finalists = [each for each in rough if allows(each.target_from_source)][: settings.alignment.hypotheses.finalists]
+    careful = refine_with_care(*maps, finalists, scale, settings.alignment)
+    found = [each for each in careful if allows(each.target_from_source)]
+    if not found:
+        return PairAnswer(None, None, Verdict.refuse(Reason.CONTRADICTS_PRIOR))
+    return _best_answer(*maps, found, scale, settings)
 
 
 def _has_little_structure(target: PreparedMap, source: PreparedMap, settings: MergeSettings) -> bool:

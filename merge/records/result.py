@@ -17,7 +17,8 @@ from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative
 from merge.records.verdict import Reason, Refusal
 
-DecidedBy = Literal["pair", "team", "prior"]
+DecidedBy = Literal["pair", "team", "prior", "trusted_prior"]
+"""A trusted prior stitches a pair without verification."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,16 @@ class PairResult:
     def reason_text(self) -> str | None:
         """Reason of the refusal as a text for people."""
         return None if self.refusal is None else str(self.refusal)
+
+    @property
+    def verified(self) -> bool:
+        """False if the pair was stitched at trusted start poses, whatever its maps show."""
+        return self.decided_by != "trusted_prior"
+
+    @property
+    def remark(self) -> str | None:
+        """Reason of the refusal, or that an accepted pair was not verified; None if there is nothing to say."""
+        return self.reason_text if self.verified else "not verified: stitched at the given start poses"
 
     def __post_init__(self) -> None:
         if self.covariance is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -35,8 +36,17 @@ PriorOption = Annotated[
     typer.Option(
         "--prior",
         metavar="NAME:X,Y,YAW[,SIGMA]",
-        help="Approximate pose of a map's frame [m, rad] in a frame common to all priors, or, if alone, in that of "
-        f"--reference; SIGMA is its uncertainty [m, default {SIGMA:g}]. Repeatable.",
+        help="Approximate pose of a map's frame, X and Y [m] and YAW such as 90deg or 1.57 [rad], in a frame common to "
+        f"all priors, or, if alone, in that of --reference; SIGMA is its uncertainty [m, default {SIGMA:g}]. "
+        "Repeatable.",
+    ),
+]
+TrustOption = Annotated[
+    bool,
+    typer.Option(
+        "--trust-priors",
+        help="Stitch the maps at their --prior poses without verification. A map without one lies at 0,0,0: maps that "
+        "share a frame need none.",
     ),
 ]
 
@@ -50,11 +60,19 @@ def _parse_prior(text: str) -> Prior:
     name, colon, numbers = text.rpartition(":")
     parts = numbers.split(",")
     if not (name and colon and len(parts) in (3, 4)):
-        raise ValueError(f"--prior {text}: must be NAME:X,Y,YAW or NAME:X,Y,YAW,SIGMA")
+        raise ValueError(f"--prior {text}: must be NAME:X,Y,YAW or NAME:X,Y,YAW,SIGMA, with YAW such as 90deg")
     try:
-        return Prior(name, *(parse_number(part) for part in parts))
+        x, y = (parse_number(part) for part in parts[:2])
+        return Prior(name, x, y, _parse_angle(parts[2]), *(parse_number(part) for part in parts[3:]))
     except ValueError as error:
         raise ValueError(f"--prior {text}: {error}") from None
+
+
+def _parse_angle(text: str) -> float:
+    """Parse an angle [rad], or one in degrees that ends with ``deg``."""
+    if text.endswith("deg"):
+        return math.remainder(math.radians(parse_number(text.removesuffix("deg"))), math.tau)
+    return parse_number(text)
 
 
 def pair_workers(maps: int, workers: int | None, scheduler: str | None) -> Workers:

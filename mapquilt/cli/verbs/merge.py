@@ -20,6 +20,7 @@ from mapquilt.cli.options.merge import (
     FusionOption,
     PriorOption,
     ReferenceOption,
+    TrustOption,
     pair_workers,
     parse_priors,
 )
@@ -81,6 +82,7 @@ def merge(
     reference: ReferenceOption = None,
     fusion: FusionOption = None,
     prior: PriorOption = None,
+    trust_priors: TrustOption = False,
     add: Annotated[
         list[Path] | None,
         typer.Option(
@@ -127,7 +129,9 @@ def merge(
 
     Exit status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
     """
-    chosen = _Chosen(method, scale, as_published, min_confidence, reference, fusion, prior or (), changes or ())
+    chosen = _Chosen(
+        method, scale, as_published, min_confidence, reference, fusion, prior or (), trust_priors, changes or ()
+    )
     settings, grey = chosen.over(MergeSettings()), unknown_grey(unknown)
     if dry_run:
         return ALL_MERGED
@@ -199,6 +203,7 @@ class _Chosen:
     reference: str | None
     fusion: str | None
     priors: Sequence[str]
+    trust_priors: bool
     changes: Sequence[str]
 
     def over(self, settings: MergeSettings) -> MergeSettings:
@@ -214,6 +219,8 @@ class _Chosen:
             given["reference"] = self.reference
         if self.fusion is not None:
             given["fusion"] = _fusion(self.fusion)
+        if self.trust_priors:
+            given["trust_priors"] = True
         if self.priors:
             new = parse_priors(self.priors)
             named = {prior.name for prior in new}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import re
 import shutil
 from pathlib import Path
@@ -17,6 +18,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
 from mapping.map_set import MapSet
+from mapquilt.cli.options.merge import parse_priors
 from mapquilt.json_file import OLD_EVIDENCE, read_record
 from mapquilt.leaves import with_assignments
 from mapquilt.merging.merge_again import settings_before
@@ -197,6 +199,8 @@ def test_adding_to_anything_but_a_merge_is_refused(capsys, tmp_path: Path, maps_
     ("option", "says"),
     [
         (("--prior", "a:1,2"), "--prior a:1,2: must be NAME:X,Y,YAW"),
+        (("--prior", "a:1,2,90"), "--prior a:1,2,90: prior of a: yaw is 90 rad, must lie within a turn"),
+        (("--prior", "a:1,2,90grad"), "--prior a:1,2,90grad: '90grad' is no number"),
         (("--prior", "a:1,2,x"), "--prior a:1,2,x: 'x' is no number"),
         (("--prior", "a:1,2,0,-1"), "sigma is -1"),
         (("--prior", "a:1,2,0"), "alone says nothing"),
@@ -216,6 +220,29 @@ def test_reference_fusion_and_priors_are_used_and_recorded(maps_of_three: list[P
     merged = record(tmp_path / "out")
     assert (merged["reference"], merged["fusion"]) == ("b", "max")
     assert merged["priors"] == [{"name": "a", "x": 0.0, "y": 0.0, "yaw": -0.5, "sigma": 20.0}]
+
+
+@pytest.mark.parametrize(
+    ("text", "yaw"), [("90deg", math.pi / 2.0), ("-450deg", -math.pi / 2.0), ("1.5", 1.5), ("360deg", 0.0)]
+)
+def test_a_yaw_may_be_in_degrees(text: str, yaw: float) -> None:
+    (prior,) = parse_priors([f"a:1,2,{text},0.5"])
+    assert (prior.x, prior.y, prior.yaw, prior.sigma) == (1.0, 2.0, pytest.approx(yaw, abs=1e-12), 0.5)
+
+
+def test_stitched_maps_are_marked_as_unverified(maps_of_three: list[Path], tmp_path: Path, capsys) -> None:
+    out = tmp_path / "out"
+    priors = ("--prior", "a:0,0,0", "--prior", "b:3,4,90deg")
+    assert command("merge", *maps_of_three[:2], "--trust-priors", *priors, "--out", out) == 0
+    printed = capsys.readouterr().out
+    assert "unverified" in printed and "not verified: stitched at the given start poses" in printed
+    (pair,) = record(out)["pairs"]
+    assert (pair["decided_by"], pair["accepted"], pair["confidence"]) == ("trusted_prior", True, 0.0)
+    found = pair["target_from_source"]
+    assert (found["x"], found["y"], found["yaw"], found["scale"]) == pytest.approx((3.0, 4.0, math.pi / 2.0, 1.0))
+    assert record(out)["settings"] == {"merge.trust_priors": True}
+    assert command("merge", out, "--add", maps_of_three[2]) == 0
+    assert [pair["decided_by"] for pair in record(out)["pairs"]] == ["trusted_prior"] * 3
 
 
 def test_workers_write_the_same_bytes(maps_of_three: list[Path], tmp_path: Path) -> None:

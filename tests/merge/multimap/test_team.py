@@ -10,6 +10,7 @@ import pytest
 
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.jobs.runner import Runner, Workers
@@ -208,12 +209,66 @@ def test_a_prior_resolves_a_symmetric_hall():
     assert off_cells(pair.target_from_source, truth, maps.grids[1]) < 1.0
 
 
-def test_an_answer_that_contradicts_the_priors_is_refused(three):
+@pytest.mark.slow
+@pytest.mark.parametrize("reference", ["a", "b"])
+def test_a_prior_resolves_a_symmetric_hall_of_unknown_scale(reference):
+    """Map b states a resolution of 0.031 m, and has one of 0.05 m."""
+    maps, truth = two_maps(hall(), 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
+    grid, shrunk = maps.grids[1], Similarity2(scale=1.0 / 1.6)
+    origin = grid.frame.origin
+    frame = GridFrame(grid.frame.resolution / 1.6, SE2(origin.x / 1.6, origin.y / 1.6, origin.yaw), grid.frame.shape)
+    shrunk_grid = OccupancyGrid(frame, grid.log_odds)
+    maps, truth = MapSet(("a", "b"), (maps.grids[0], shrunk_grid), ("m", "m"), False), truth @ shrunk.inverse()
+    assert not merge_maps(maps).pairs[0].accepted
+    true = truth if reference == "a" else truth.inverse()
+    place = Prior("b" if reference == "a" else "a", true.x, true.y, true.yaw, 0.05)
+    (pair,) = merge_maps(maps, MergeSettings(reference=reference, priors=(place,))).pairs
+    assert (pair.accepted, pair.decided_by) == (True, "prior")
+    assert off_cells(pair.target_from_source, truth, maps.grids[1]) < 1.5
+
+
+def test_a_place_outside_of_the_priors_is_never_reported(three):
     maps, _, before = three
     found = before.pairs[0].target_from_source
     priors = (Prior("a", 0, 0, 0), Prior("b", found.x + 30.0, found.y, found.yaw, 0.5))
-    pair = merge_maps(permuted(maps, (0, 1)), MergeSettings(priors=priors)).pairs[0]
-    assert (pair.accepted, pair.reason, pair.decided_by) == (False, Reason.CONTRADICTS_PRIOR, "prior")
+    two, settings = permuted(maps, (0, 1)), MergeSettings(priors=priors)
+    result = merge_maps(two, settings)
+    (pair,) = result.pairs
+    assert (pair.accepted, pair.decided_by, len(result.groups)) == (False, "prior", 2)
+    allows = Team.of(two, settings).expected["a", "b"].allows
+    assert not allows(found)
+    assert pair.target_from_source is None or allows(pair.target_from_source)
+    assert all(allows(other.target_from_source) for other in pair.alternatives)
+
+
+def test_maps_are_not_joined_by_others_against_a_prior(three):
+    """Both a and b fit c; but the prior says that a and b lie 30 m apart."""
+    maps, _, before = three
+    found = before.pairs[0].target_from_source
+    priors = (Prior("a", 0, 0, 0), Prior("b", found.x + 30.0, found.y, found.yaw, 0.5))
+    result = merge_maps(maps, MergeSettings(priors=priors))
+    assert not any({"a", "b"} <= group.reference_from_map.keys() for group in result.groups)
+    assert any("c" in group.reference_from_map and len(group.reference_from_map) == 2 for group in result.groups)
+
+
+def test_trusted_priors_stitch_maps_that_share_nothing():
+    grids = tuple(place(seed) for seed in (1, 2, 3))
+    maps = MapSet(("a", "b", "c"), grids, ("m",) * 3, resolutions_trusted=False)
+    start = Prior("b", 20.0, -3.0, 0.5)
+    result = merge_maps(maps, MergeSettings(priors=(start,), trust_priors=True, reference="a"))
+    np.testing.assert_allclose(result.reference_from_map["b"].matrix(), start.common_from_map.matrix(), atol=1e-9)
+    np.testing.assert_allclose(result.reference_from_map["c"].matrix(), Similarity2().matrix(), atol=1e-9)
+    for pair in result.pairs:
+        assert (pair.accepted, pair.decided_by, pair.verified, pair.confidence) == (True, "trusted_prior", False, 0.0)
+    np.testing.assert_allclose(
+        result.pairs[2].target_from_source.matrix(), start.common_from_map.inverse().matrix(), atol=1e-12
+    )
+
+
+def test_a_map_without_metres_cannot_be_stitched(three):
+    maps = dataclasses.replace(three[0], units=("m", "cell", "m"))
+    with pytest.raises(ValueError, match="trust_priors: b states no resolution"):
+        merge_maps(maps, MergeSettings(trust_priors=True))
 
 
 def place(seed: int) -> OccupancyGrid:

@@ -50,13 +50,16 @@ def test_a_pair_is_searched_near_its_prior_if_refused_or_elsewhere(found, again)
     [
         (AMBIGUOUS, ACCEPTED, (True, None, "prior")),
         (answer(THERE), ACCEPTED, (True, None, "prior")),
-        (answer(THERE), AMBIGUOUS, (False, Reason.CONTRADICTS_PRIOR, "prior")),
+        (answer(THERE), AMBIGUOUS, (False, Reason.AMBIGUOUS, "prior")),
         (answer(THERE), answer(THERE), (False, Reason.CONTRADICTS_PRIOR, "prior")),
+        (answer(THERE, Refusal(Reason.LITTLE_OVERLAP)), answer(None), (False, Reason.CONTRADICTS_PRIOR, "prior")),
         (AMBIGUOUS, AMBIGUOUS, (False, Reason.AMBIGUOUS, "pair")),
     ],
 )
 def test_a_prior_recovers_what_it_confirms_and_refuses_what_it_contradicts(before, near, expected):
-    assert outcome(verdicts.with_prior(before, near, EXPECTED)) == expected
+    found = verdicts.with_prior(before, near, EXPECTED)
+    assert outcome(found) == expected
+    assert found.target_from_source in (HERE, None)  # never outside of what the prior allows
 
 
 def test_a_guided_answer_counts_only_if_accepted_and_in_agreement():
