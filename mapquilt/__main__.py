@@ -4,28 +4,38 @@ import of the rest is handled."""
 from __future__ import annotations
 
 import os
+import signal
 import sys
+from types import FrameType
 
-from mapquilt.cli.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED
+from mapquilt.cli.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED, TERMINATED, Termination
 
 
 def main() -> None:
     """Run the command line and exit with its status."""
+    signal.signal(signal.SIGTERM, _terminate)
     try:
         from mapquilt.cli.app import run
         from mapquilt.cli.standard_output import named
 
         sys.stdout = named(sys.stdout)
         status = run(sys.argv[1:])
+    except Termination:
+        status = _fail("terminated", TERMINATED)
     except KeyboardInterrupt:
         status = _fail("interrupted", INTERRUPTED)
     except OSError as error:
         status = _fail(str(error), BAD_INPUT)
     except SystemExit:  # what prints tables leaves so where nobody reads standard output any more
         status = CLOSED_PIPE
-    if status == INTERRUPTED:
+    if status in (INTERRUPTED, TERMINATED):
         exec("")  # if the interrupt ended generated code, such as a dataclass's, CPython would not heed our exit status
     sys.exit(_flushed(status))
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends the command at once
+    raise Termination
 
 
 def _fail(message: str, status: int) -> int:

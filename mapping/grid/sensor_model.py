@@ -74,8 +74,10 @@ KARTO = CountingModel("karto", threshold=0.1, min_visits=3)
 leaves a cell unknown until it was passed more often than that."""
 
 SENSOR_MODELS: dict[str, SensorModel] = {
-    model.name: model for model in (OCTOMAP, HECTOR, CARTOGRAPHER, COUNTING, KARTO)
+    **{model.name: model for model in (OCTOMAP, HECTOR, CARTOGRAPHER, COUNTING, KARTO)},
+    "gmapping": COUNTING,
 }
+"""Presets by name. ``gmapping`` is the mapper that counts hits and visits."""
 
 
 def sensor_model(name: str) -> SensorModel:

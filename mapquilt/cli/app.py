@@ -8,8 +8,9 @@ from types import MappingProxyType
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand
 
+from mapquilt.cli.application import WholeHelpGroup, new_app
 from mapquilt.cli.entry import run_app
 
 VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -33,7 +34,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
 """Each verb with the function or application that runs it, and its line in ``mapquilt --help``."""
 
 
-class LazyGroup(TyperGroup):
+class LazyGroup(WholeHelpGroup):
     """List the verbs without loading them, and load the one that is called."""
 
     def __init__(self, **attributes: Any) -> None:
@@ -59,19 +60,13 @@ def load_verb(name: str) -> Any:
     return command
 
 
-def new_app(**attributes: Any) -> typer.Typer:
-    """Start an application with plain help and no completion."""
-    return typer.Typer(
-        add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None, no_args_is_help=False, **attributes
-    )
-
-
 app = new_app(
     cls=LazyGroup,
     name="mapquilt",
     help="Simulate teams of robots that map a world, merge their occupancy grids, and score the merge against the "
     "ground truth.\n\nExit status: 0 all merged, 1 some map was refused, 2 bad input, 70 internal error, "
-    "130 interrupted, 141 output pipe closed.\n\nExample: mapquilt merge floor_a.yaml floor_b.yaml --out merged",
+    "130 interrupted, 141 output pipe closed, 143 terminated.\n\n"
+    "Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged",
 )
 
 

@@ -7,7 +7,7 @@ import traceback
 
 import typer
 
-from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED
+from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, TERMINATED, Termination
 
 _OF_A_FIELD = re.compile(r"(?:[\w ]+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
 """Pattern of the message about a field that is out of range."""
@@ -33,22 +33,27 @@ def _outcome(app: typer.Typer, arguments: list[str], name: str) -> tuple[int, st
         return BAD_INPUT, f"not enough memory for this: {error}"
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED, "interrupted"
+    except Termination:
+        return TERMINATED, "terminated"
     except Exception as error:
-        if _is_interrupt(error):
+        cause = _cause(error)
+        if isinstance(cause, KeyboardInterrupt):
             return INTERRUPTED, "interrupted"
+        if isinstance(cause, Termination):
+            return TERMINATED, "terminated"
         traceback.print_exc()
         return INTERNAL_ERROR, f"internal error: {type(error).__name__}: {error}"
     return status, "interrupted" if status == INTERRUPTED else None
 
 
-def _is_interrupt(error: BaseException) -> bool:
-    """Check whether an interrupt caused an error, as one that arrives while numba converts the arguments of a call.
+def _cause(error: BaseException) -> BaseException:
+    """Return the cause of an error, such as an interrupt that arrives while numba converts the arguments of a call.
 
     CPython reports it as a ``SystemError``, once for each call that returns through compiled code.
     """
     while isinstance(error, SystemError) and error.__cause__ is not None:
         error = error.__cause__
-    return isinstance(error, KeyboardInterrupt)
+    return error
 
 
 def _check_names(arguments: list[str]) -> None:

@@ -34,6 +34,7 @@ _ADVICE: Mapping[Reason, str] = MappingProxyType(
         Reason.CONTRADICTS_TEAM: "look for a map that is bent or of another place, and leave it out",
         Reason.NO_PREDICTED_OVERLAP: "map more ground that both robots see",
         Reason.NOT_SELECTED: "merge the two maps alone, or --set multimap.selection.partners=10",
+        Reason.LOW_CONFIDENCE: "ask for less: --min-confidence",
         Reason.NO_PUBLISHED_ANSWER: "leave out --as-published, or take another --method",
         Reason.PUBLISHED_RULE: "leave out --as-published, or take another --method",
     }

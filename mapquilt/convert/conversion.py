@@ -14,6 +14,7 @@ from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import save_tum
 from mapquilt.convert.convert_map import convert_map
+from mapquilt.logs.log_files import is_bag, is_log
 from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs.folder import require_run
 from mapquilt.runs.robot import RunRobot, load_run_robots
@@ -49,6 +50,9 @@ def convert(
     to = to or _by_ending(out)
     if to != "map" and (mode is not None or unknown_grey is not None):
         raise ValueError(f"--mode and --unknown are for maps, not for {to}")
+    if is_log(source) and source.suffix.lower() != ".npz" and source.exists():
+        kind = "ROS bag" if is_bag(source) else "CARMEN log"
+        raise ValueError(f"{source}: is a {kind}; `mapquilt map {source} --out DIR` writes its map and trajectory.tum")
     if source.is_dir():
         return _convert_run(require_run(source), out, to)
     if not source.exists():

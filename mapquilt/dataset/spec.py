@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
@@ -132,6 +133,12 @@ def load_spec(source: str) -> DatasetSpec:
 
     Raises ``ValueError`` naming the file, the field and the fault, ``OSError`` if the file cannot be read.
     """
+    if source not in READY and not Path(source).exists():
+        near = difflib.get_close_matches(source, READY, 1)
+        raise ValueError(
+            f"{source}: no such file, and no ready specification, which are {', '.join(READY)}"
+            + (f" (did you mean {near[0]}?)" if near else "")
+        )
     record = yaml_value(ready_spec(source).encode(), source) if source in READY else read_yaml(Path(source))
     if not isinstance(record, dict):
         raise ValueError(f"{source}: holds no mapping of fields")

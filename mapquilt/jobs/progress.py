@@ -75,3 +75,21 @@ def count_progress(what: str) -> Iterator[Callable[[int, int], None]]:
     with _bar(what, "{task.completed:.0f}/{task.total:.0f}") as bar:
         task = bar.add_task("", total=1.0)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def pair_progress() -> Iterator[tuple[Callable[[int, int], None], Callable[[str, int, int], None]]]:
+    """Show the count of merged pairs, and the iterations inside the pair that is matched in this process.
+
+    Yields two functions: of the pairs done and their total, and of the iterations' name, number done and total.
+    """
+    with _bar("merging pairs", "{task.completed:.0f}/{task.total:.0f}", "{task.fields[inside]}") as bar:
+        task = bar.add_task("", total=1.0, inside="")
+
+        def matched(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, inside="")
+
+        def iterated(name: str, done: int, total: int) -> None:
+            bar.update(task, inside=f"{name} {done}/{total}")
+
+        yield matched, iterated

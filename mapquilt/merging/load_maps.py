@@ -19,6 +19,8 @@ def load_map_files(paths: Sequence[Path], unknown_grey: UnknownGrey = None) -> t
     Raises ``ValueError`` or ``OSError`` naming every file that cannot be used, or one that is given twice, and if there
     is only one.
     """
+    if len(paths) < 2 and not paths[0].exists():
+        raise ValueError(f"{paths[0]}: no such file or folder")
     if len(paths) < 2:
         raise ValueError(f"{paths[0]}: one map cannot be merged; give at least two, or a run folder")
     for path in paths:

@@ -11,5 +11,5 @@ def plain_table(*columns: tuple[str, bool]) -> Table:
     a row is too long."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption_justify="left")
     for name, number in columns:
-        table.add_column(name, justify="right" if number else "left", no_wrap=number, overflow="fold")
+        table.add_column(name, justify="right" if number else "left", overflow="fold")
     return table

@@ -16,6 +16,7 @@ from merge.alignment.icp import icp_batch
 from merge.alignment.patchwise_alignment import align_patchwise
 from merge.alignment.settings import AlignmentSettings
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
+from merge.progress import track
 from merge.records.proposal import Proposal
 from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap_by_tolerance
 
@@ -76,7 +77,7 @@ def refine_with_care(
     ``best_score`` was reached elsewhere: hypotheses far below it skip the pattern search.
     """
     refined: list[Hypothesis] = []
-    for hypothesis in hypotheses:
+    for hypothesis in track(hypotheses, "finalists"):
         least = best_score - settings.hypotheses.hopeless_gap
         refined.append(_refine_with_care(target, source, hypothesis, scale, settings, least))
         best_score = max(best_score, refined[-1].overlap.score)
@@ -164,11 +165,12 @@ def _refine_best(
             _measure(target, source, proposal.target_from_source, limits.ranking_points, settings),
             proposal,
         )
-        for proposal in _move_to_walls(target, source, proposals, scale, settings)
+        for proposal in track(_move_to_walls(target, source, proposals, scale, settings), "proposals")
     ]
     rough.sort(key=lambda hypothesis: -hypothesis.overlap.score)
     best = _deduplicate(target, source, rough, limits.same_share)[:most]
-    return distinct(target, source, [_refine_quickly(target, source, h, scale, settings) for h in best], settings)
+    refined = [_refine_quickly(target, source, each, scale, settings) for each in track(best, "hypotheses")]
+    return distinct(target, source, refined, settings)
 
 
 def _move_to_walls(

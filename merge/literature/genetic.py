@@ -17,6 +17,7 @@ from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.poses import Poses, matrices
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
+from merge.progress import track
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
 
@@ -99,7 +100,7 @@ class Genetic:
         """Return the last generation's poses and fitness, fittest first."""
         spread = np.array([self.spread_cells, self.spread_cells, math.radians(self.spread_deg)])
         poses = self._newborn(target.fields[0], rng, self.individuals)
-        for generation in range(self.generations):
+        for generation in track(range(self.generations), "generations"):
             mutation = spread * 10.0 ** (-generation / self.generations)
             field = target.fields[generation * len(target.fields) // self.generations]
             poses = self._next(field, source, poses, size, mutation, rng)

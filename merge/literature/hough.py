@@ -15,6 +15,7 @@ from mapping.validation import require_valid
 from merge.literature.acceptance import accept_by_score, no_answer
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
+from merge.progress import track
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
 from merge.verification.cell_overlap import compare_cells
@@ -77,7 +78,8 @@ class Hough:
             return []
         main = math.radians(int(target.spectrum.argmax()))
         found = []
-        for peak in highest_maxima(circular_correlation(target.spectrum, source.spectrum), self.rotations):
+        peaks = highest_maxima(circular_correlation(target.spectrum, source.spectrum), self.rotations)
+        for peak in track(peaks, "rotations"):
             for degrees in (peak, peak + 1, peak - 1):
                 transform = _shifted(target.points, source.points, main, math.radians(degrees), size)
                 index = compare_cells(target.grid, source.grid, transform).acceptance_index

@@ -15,6 +15,7 @@ from merge.literature.acceptance import no_answer
 from merge.literature.nearest_wall import Complex, NearestWall
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
+from merge.progress import track
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
 from merge.records.verdict import Reason, Refusal, Verdict
@@ -89,7 +90,7 @@ class Icp:
         turns, shifts = self._initial_states(target, source, size)
         errors = np.full(len(turns), np.inf)
         going = np.arange(len(turns))
-        for _ in range(self.iterations):
+        for _ in track(range(self.iterations), "iterations"):
             moved = turns[going, None] * source.sample + shifts[going, None]
             distance, nearest = walls.query(moved)
             mean_square = np.mean(np.square(distance), axis=1)

@@ -19,6 +19,7 @@ from merge.literature.acceptance import accept_by_score, no_answer
 from merge.literature.poses import Poses, inverses, matrices
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import centres
+from merge.progress import track
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal
 from merge.verification.cell_overlap import compare_cells
@@ -115,7 +116,7 @@ class RandomWalk:
         best, best_cost = here.copy(), cost.copy()
         memory = rng.standard_normal((self.memory, self.walks, 3)) * (reach, reach, 1.0)
         least = self.least_step_cells, self.least_step_cells, self.least_turn
-        for step in range(self.steps):
+        for step in track(range(self.steps), "steps"):
             there = here + _steps(memory, least, rng)
             new = self.dissimilarity(target, source, there, size)
             warmth = self.warmth_cells * (1.0 - step / self.steps)

@@ -13,6 +13,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.validation import require_valid
 from merge.preparation.correlation_pyramid import CorrelationPyramid
 from merge.preparation.prepared_map import PreparedMap
+from merge.progress import track
 from merge.proposers.correlation import CorrelationSettings, Peak, correlate
 from merge.proposers.orientation_histogram import (
     OrientationSettings,
@@ -84,7 +85,7 @@ class NormalCorrelation:
         settings: CorrelationSettings,
     ) -> list[Peak]:
         peaks: list[Peak] = []
-        for size in sizes:
+        for size in track(sizes, "scales"):
             peaks += correlate(target.layers, source.layers, size, yaws, settings)
         return sorted(peaks, key=lambda peak: -peak.score)[: self.proposals]
 

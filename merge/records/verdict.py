@@ -23,6 +23,7 @@ class Reason(Enum):
     NOT_SELECTED = "not_selected"
     NO_PUBLISHED_ANSWER = "no_published_answer"
     PUBLISHED_RULE = "published_rule"
+    LOW_CONFIDENCE = "low_confidence"
 
 
 _TEXTS = {
@@ -42,12 +43,15 @@ _TEXTS = {
     Reason.NOT_SELECTED: "not tried: other pairs of these maps promised more",
     Reason.NO_PUBLISHED_ANSWER: "the method found nothing",
     Reason.PUBLISHED_RULE: "",
+    Reason.LOW_CONFIDENCE: "confidence is below the asked",
 }
+_WITH_DETAIL = (Reason.OTHER_SCALE, Reason.LOW_CONFIDENCE)
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """A reason, and a detail that its text ends with: the scale that would fit, the score of a published method."""
+    """A reason, and a detail that its text ends with: the scale that would fit, the least confidence asked, the
+    score of a published method."""
 
     reason: Reason
     detail: str = ""
@@ -61,9 +65,9 @@ class Refusal:
         for reason, known in _TEXTS.items():
             if text == known:
                 return Refusal(reason)
-        other_scale = _TEXTS[Reason.OTHER_SCALE]
-        if text.startswith(other_scale):
-            return Refusal(Reason.OTHER_SCALE, text.removeprefix(other_scale))
+        for reason in _WITH_DETAIL:
+            if text.startswith(_TEXTS[reason]):
+                return Refusal(reason, text.removeprefix(_TEXTS[reason]))
         return Refusal(Reason.PUBLISHED_RULE, text)
 
 

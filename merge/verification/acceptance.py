@@ -5,7 +5,7 @@ from __future__ import annotations
 from scipy.special import expit
 
 from merge.records.evidence import Evidence
-from merge.records.verdict import Reason, Refusal, Verdict
+from merge.records.verdict import Reason, Verdict
 from merge.verification.settings import AcceptanceSettings
 
 
@@ -14,7 +14,7 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
 
     The confidence is the probability that the place is right times that of sufficient precision; it rises with every
     piece of evidence. A refusal names the largest deficit: a second best answer, if without it the answer would be
-    worth more; else contradiction or overlap.
+    worth more; else contradiction or overlap; or that more confidence was asked than the default, which is met.
     """
     odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in _needed(evidence, settings):
@@ -25,8 +25,11 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
     confidence = place * evidence.precision_probability
     if place >= settings.min_confidence:
         reason = Reason.IMPRECISE
-    accepted = confidence >= settings.min_confidence
-    return Verdict(accepted, confidence, None if accepted else Refusal(reason))
+    if confidence >= settings.min_confidence:
+        return Verdict(True, confidence, None)
+    if confidence >= AcceptanceSettings.min_confidence:
+        return Verdict.refuse(Reason.LOW_CONFIDENCE, confidence, f" {settings.min_confidence:g}, at {confidence:.6g}")
+    return Verdict.refuse(reason, confidence)
 
 
 def margin(evidence: Evidence) -> float:

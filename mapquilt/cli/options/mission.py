@@ -38,6 +38,8 @@ OverlapOption = Annotated[
 
 ROBOTS = 3
 DURATION = 120.0
+SEED = 6
+"""Default seed of worlds and missions, so that `worlds show` draws the world that `simulate` uses."""
 
 
 @dataclass(frozen=True)

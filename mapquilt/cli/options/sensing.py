@@ -39,7 +39,9 @@ ScaleOption = Annotated[
 MaxRotation = Annotated[float, typer.Option(help="Map frames are turned by up to this, either way [degrees].")]
 MaxOffset = Annotated[float, typer.Option(help="Map frames are shifted by up to this in x and y [stated m].")]
 Resolution = Annotated[float, typer.Option(help="Cell size of the robots' grids [m].")]
-Model = Annotated[str, typer.Option(help="Inverse sensor model: octomap, hector, cartographer, counting, karto.")]
+Model = Annotated[
+    str, typer.Option(help="Inverse sensor model: octomap, hector, cartographer, counting (or gmapping), karto.")
+]
 ClearRange = Annotated[float, typer.Option(help="Length of free space to mark along a beam without a return [m].")]
 
 

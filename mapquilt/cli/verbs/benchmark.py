@@ -65,6 +65,7 @@ def benchmark(
 
     An answer is right within 2 degrees, 3 % of scale and 1.5 % of the target's diagonal. See docs/benchmark.md.
     After an interruption the same command continues.
+
     Example: mapquilt benchmark --dataset data --split test --out bench
     """
     ranges = None if scale == "auto" else ScaleRange.parse(scale)

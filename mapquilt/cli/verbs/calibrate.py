@@ -58,6 +58,7 @@ def calibrate(
     """Fit the merger's confidence to generated pairs, and check it on held-out worlds.
 
     Prints the fitted settings of acceptance, and writes them with the reliability diagram of the check.
+
     Example: mapquilt calibrate --dataset data --out calibration
     """
     if not check_dataset:

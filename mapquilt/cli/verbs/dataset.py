@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_bytes_atomically
+from mapquilt.cli.application import new_app
+from mapquilt.cli.exit_status import Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.dataset.card import draw_figures
@@ -21,7 +23,10 @@ from mapquilt.jobs.progress import count_progress, dataset_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.viz.png import figure_png
 
-app = typer.Typer(help="Make, check and list data sets: many samples from one specification.", rich_markup_mode=None)
+app = new_app(
+    help="Make, check and list data sets: many samples from one specification.\n\n"
+    "Example: mapquilt dataset make smoke --out data"
+)
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a data set.")]
 
@@ -53,7 +58,9 @@ def make(
 ) -> int:
     """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
-    Exit status 1 if a sample failed; all other samples are made. Example: mapquilt dataset make smoke --out data
+    Exit status 1 if a sample failed; all other samples are made.
+
+    Example: mapquilt dataset make smoke --out data
     """
     wanted = load_spec(spec)
     with (
@@ -62,7 +69,7 @@ def make(
     ):
         try:
             report = make_dataset(wanted, out, runner, on_progress)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Termination):
             typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
     if report.failures:
@@ -80,7 +87,9 @@ def remake(
 ) -> int:
     """Make one sample again and compare it with the manifest, bit for bit.
 
-    Exit status 1 if a file differs. Example: mapquilt dataset remake data 000012 --out again
+    Exit status 1 if a file differs.
+
+    Example: mapquilt dataset remake data 000012 --out again
     """
     different = remake_sample(folder, sample, out)
     if different:

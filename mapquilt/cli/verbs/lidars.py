@@ -4,36 +4,29 @@ from __future__ import annotations
 
 import math
 
-from rich import box
 from rich.table import Table
 
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.tables import print_table
+from mapquilt.viz.text_table import plain_table
 from sim.sensors.lidar_presets import PRESETS, LidarPreset
 from sim.sensors.range_noise import RangeNoise
 
-COLUMNS = ("lidar", "view", "beams", "range", "rate", "mounted", "noise at level 1", "lost, short, random")
-
 
 def lidar_table() -> Table:
-    """Tabulate the numbers of each preset, with their sources below."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for column in COLUMNS:
-        table.add_column(column, no_wrap=column == COLUMNS[0])
+    """Tabulate the numbers of each preset in 80 columns, with their noise at level 1 and their sources below."""
+    table = plain_table(*((name, name != "lidar") for name in ("lidar", "view", "beams", "range", "rate", "mounted")))
+    notes = []
     for preset in PRESETS:
-        table.add_row(*lidar_row(preset))
-    width = max(len(preset.name) for preset in PRESETS)
-    table.caption = "\n".join(
-        f"{preset.name if first else '':<{width}}  {source}"
-        for preset in PRESETS
-        for first, source in ((source is preset.sources[0], source) for source in preset.sources)
-    )
-    table.caption_justify = "left"
+        *numbers, noise, lost = lidar_row(preset)
+        table.add_row(*numbers)
+        notes += [f"{preset.name}: {noise}; {lost}", *(f"  {source}" for source in preset.sources)]
+    table.caption = "\n".join(("noise at level 1; share of lost, short and random readings; sources:", *notes))
     return table
 
 
 def lidar_row(preset: LidarPreset) -> tuple[str, ...]:
-    """Format a preset's numbers, in the order of the table."""
+    """Format a preset's numbers: name, view, beams, range, rate, mounting, noise at level 1, lost readings."""
     lidar, noise = preset.lidar, preset.noise
     return (
         preset.name,

@@ -26,7 +26,7 @@ from mapquilt.cli.options.merge import (
 )
 from mapquilt.cli.options.workers import SchedulerOption
 from mapquilt.cli.tables import doubled_walls, merge_table, print_table, warn
-from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.progress import count_progress, pair_progress
 from mapquilt.jobs.runner import remote_runner
 from mapquilt.leaves import with_assignments
 from mapquilt.logs.log_files import is_bag
@@ -40,6 +40,7 @@ from mapquilt.runs import folder as run_folder
 from merge.fusion import FUSIONS, FusionName
 from merge.merger import merge_maps
 from merge.methods import method_names, published_names
+from merge.progress import listening
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 from merge.verification.settings import AcceptanceSettings
@@ -127,7 +128,9 @@ def merge(
 ) -> int:
     """Find the transforms between maps, and merge each group of connected maps into one map.
 
-    Exit status 1 if a map was refused. Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
+    Exit status 1 if a map was refused.
+
+    Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
     """
     chosen = _Chosen(
         method, scale, as_published, min_confidence, reference, fusion, prior or (), trust_priors, changes or ()
@@ -155,7 +158,8 @@ def merge(
 
     with (
         remote_runner(pair_workers(len(inputs.maps), workers, scheduler)) as runner,
-        count_progress("merging pairs") as on_progress,
+        pair_progress() as (on_progress, on_iteration),
+        listening(on_iteration),
     ):
         if folder is not None and run_folder.is_run(folder):
             result, written = merge_run(folder, settings, seed, on_progress, inputs, runner, answers, may_write)

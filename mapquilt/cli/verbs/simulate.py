@@ -11,6 +11,7 @@ from mapping.settings import LOG_ODDS
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out
 from mapquilt.cli.options.mission import (
+    SEED,
     GoalOption,
     MissionOptions,
     OverlapOption,
@@ -50,7 +51,7 @@ def simulate(
     world: WorldName,
     out: Out,
     robots: Annotated[int | None, typer.Option(help="Number of robots; default: 3, or one per start.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and map frames.")] = 6,
+    seed: Annotated[int, typer.Option(help="Seed of world, starts, noise and map frames.")] = SEED,
     duration: Annotated[float | None, typer.Option(help="Mission duration [s]; default: 120, or the replay's.")] = None,
     starts: Annotated[Starts, typer.Option(help="Placement of the robots without --start.")] = "random",
     start: StartOption = None,

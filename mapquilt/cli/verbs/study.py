@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_files_atomically
+from mapquilt.cli.exit_status import Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress
@@ -60,7 +61,9 @@ def study(
     """Vary a setting on the same missions, and report shares with intervals, errors, map quality and time.
 
     Writes tables (CSV, JSON) and plots; `mapquilt report` shows them. After an interruption the same command continues.
-    Exit status 1 if a mission failed. See docs/studies.md. Example: mapquilt study noise --out study
+    Exit status 1 if a mission failed. See docs/studies.md.
+
+    Example: mapquilt study noise --out study
     """
     plan = plan_study(
         sweep, vary or (), fixed or (), _methods(method or DEFAULT_METHODS, as_published), world or ("office",),
@@ -69,7 +72,7 @@ def study(
     with Runner(chosen_workers(workers, scheduler)) as runner, count_progress("missions") as on_progress:
         try:
             found = run_study(plan, out, None if cache is None else cache.resolve(), runner, on_progress)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Termination):
             typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
     figures = study_figures(found.results)

@@ -7,23 +7,24 @@ from typing import Annotated
 
 import typer
 import yaml
-from rich import box
-from rich.table import Table
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.seeds import Role, stream
+from mapquilt.cli.application import new_app
+from mapquilt.cli.options.mission import SEED
 from mapquilt.cli.options.world import FromMap, Height, Level, PlanResolution, Width, WorldName
 from mapquilt.cli.tables import print_table, warn
 from mapquilt.json_file import check_record, to_text
 from mapquilt.runs.open_world import YAMLS, open_world
+from mapquilt.viz.text_table import plain_table
 from mapquilt.viz.world_picture import sheet_picture, world_picture
 from sim.mission.starts import random_starts
 from worlds.families.registry import FAMILIES
 from worlds.importing.plan_file import PlanOptions
 from worlds.world_file import world_to_json
 
-worlds_app = typer.Typer(
-    help="List, draw and write the places that robots can explore.", no_args_is_help=False, rich_markup_mode=None
+worlds_app = new_app(
+    help="List, draw and write the places that robots can explore.\n\nExample: mapquilt worlds show warehouse --seed 3"
 )
 
 Seed = Annotated[int, typer.Option(help="Seed of the world, as for `simulate`.")]
@@ -35,10 +36,7 @@ def list_worlds() -> None:
 
     Example: mapquilt worlds list
     """
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("world")
-    table.add_column("size [m]", justify="right")
-    table.add_column("what it is")
+    table = plain_table(("world", False), ("size [m]", True), ("what it is", False))
     for name, family in FAMILIES.items():
         table.add_row(name, f"{family.width:g} x {family.height:g}", family.about)
     print_table(table)
@@ -47,7 +45,7 @@ def list_worlds() -> None:
 @worlds_app.command()
 def show(
     world: WorldName,
-    seed: Seed = 7,
+    seed: Seed = SEED,
     robots: Annotated[int, typer.Option(min=0, help="Number of starts to draw, chosen as by `simulate`.")] = 3,
     width: Width = None,
     height: Height = None,
@@ -72,7 +70,7 @@ def show(
 def make(
     world: WorldName,
     out: Annotated[Path, typer.Option("--out", help="World file to write: .json, .yaml or .yml.")],
-    seed: Seed = 7,
+    seed: Seed = SEED,
     width: Width = None,
     height: Height = None,
     plan_resolution: PlanResolution = None,
@@ -98,7 +96,7 @@ def make(
 @worlds_app.command()
 def sheet(
     out: Annotated[Path, typer.Option("--out", help="PNG to write.")] = Path("worlds.png"),
-    seed: Seed = 7,
+    seed: Seed = SEED,
 ) -> None:
     """Draw one world of each family on one sheet.
 

@@ -52,6 +52,10 @@ def test_traversal_through_corners_and_along_borders(x0, y0, x1, y1):
     assert crossed(x0 / 2, y0 / 2, x1 / 2, y1 / 2) == set(slow_traverse(x0 / 2, y0 / 2, x1 / 2, y1 / 2))
 
 
+def test_gmapping_names_the_model_that_counts():
+    assert sensor_model("gmapping") is sensor_model("counting")
+
+
 @pytest.mark.parametrize("name", SENSOR_MODELS)
 @pytest.mark.parametrize("clear_range", [0.0, 3.0, 100.0])
 def test_mapper_equals_the_slow_reference_in_every_cell(name, clear_range):

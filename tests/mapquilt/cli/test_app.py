@@ -19,6 +19,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
+from mapquilt.cli.app import load_verb
 from tests.conftest import command, hashes
 
 
@@ -115,6 +116,7 @@ PAST_ALL = [
         (("simulate", "office", "--max-rotation", "200"), ("max-rotation", "200")),
         (("simulate", "office", "--max-offset", "inf"), ("--max-offset inf: must lie",)),
         (("sense", "no-such-run"), ("no-such-run",)),
+        (("dataset", "make", "smok"), ("smok: no such file", "did you mean smoke?", "noise-sweep")),
         *((("simulate", "office", option, value), (f"{option} {shown}: must ",)) for option, value, shown in PAST_ALL),
     ],
 )
@@ -209,6 +211,12 @@ def test_a_request_for_too_much_memory_is_refused_in_one_line(capsys, monkeypatc
     assert "not enough memory" in refused(capsys, "score", merged_run)
 
 
+def test_worlds_show_draws_the_world_that_simulate_uses():
+    verbs = load_verb("worlds").commands["show"], load_verb("simulate")
+    shown, driven = ({option.name: option.default for option in verb.params} for verb in verbs)
+    assert shown["seed"] == driven["seed"]
+
+
 def test_unknown_method_lists_the_known_ones(capsys, two_maps):
     line = refused(capsys, "merge", *two_maps, "--method", "magic")
     assert "magic" in line
@@ -224,6 +232,17 @@ def test_a_method_answers_as_published_and_the_record_names_it(capsys, two_maps)
 
 def test_a_method_without_an_own_answer_is_named(capsys, two_maps):
     assert "'quilt'" in refused(capsys, "merge", *two_maps, "--method", "quilt", "--as-published")
+
+
+def test_a_missing_run_is_named_as_missing(capsys, tmp_path):
+    assert refused(capsys, "merge", tmp_path / "nothing") == f"mapquilt: {tmp_path / 'nothing'}: no such file or folder"
+
+
+def test_a_confidence_below_the_asked_is_the_reason(capsys, two_maps):
+    assert command("merge", *two_maps, "--min-confidence", 0.99999999, "--json") == 1
+    (pair,) = json.loads(capsys.readouterr().out)["pairs"]
+    assert pair["confidence"] > 0.9
+    assert pair["reason"] == f"confidence is below the asked 1, at {pair['confidence']:.6g}"
 
 
 def test_one_map_alone_is_bad_input(capsys, two_maps):
@@ -467,7 +486,7 @@ def read_to(terminal, sign=None):
     return written
 
 
-@pytest.mark.parametrize(("sign", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(("sign", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
 def test_a_killed_simulation_leaves_the_old_run_and_can_be_started_again(fresh_run, merged_run, sign, status):
     before = hashes(fresh_run)
     arguments = ["simulate", "office", "--robots", "2", "--duration", "3600", "--seed", "9", "--out", str(fresh_run)]

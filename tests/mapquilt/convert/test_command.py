@@ -238,6 +238,8 @@ def test_a_single_log_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pa
     [
         (("none.yaml", "out.pgm"), "none.yaml: no such file or folder"),
         (("source.yaml", "out"), "out: the extension names no format; add --to with one of map, tum, carmen, rosbag"),
+        (("bag", "out.yaml"), "bag: is a ROS bag; `mapquilt map bag --out DIR` writes its map and trajectory.tum"),
+        (("robot.clf", "out.tum"), "robot.clf: is a CARMEN log; `mapquilt map robot.clf --out DIR` writes"),
         (("source.yaml", "out.tum"), "source.yaml: a map cannot be converted to tum"),
         (("source.yaml", "out", "--to", "rosbag"), "source.yaml: a map cannot be converted to rosbag"),
         (("source.yaml", "out.jpg", "--to", "map"), "out.jpg: a map must end in .yaml, .pgm or .png"),
@@ -267,6 +269,9 @@ def test_an_impossible_conversion_ends_in_one_line_and_writes_nothing(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "run").symlink_to(merged_run)
     (tmp_path / "file").touch()
+    (tmp_path / "robot.clf").touch()
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag/metadata.yaml").touch()
     before = sorted(tmp_path.rglob("*")), hashes(merged_run)
     assert expected in refused(capsys, *arguments)
     assert (sorted(tmp_path.rglob("*")), hashes(merged_run)) == before

@@ -97,5 +97,5 @@ def test_no_inlier_length_is_refused_without_a_crash():
 @pytest.mark.parametrize("reason", Reason)
 def test_the_text_of_a_refusal_is_read_back(reason):
     for refusal in (Refusal(reason, ", 1.6 times that"), Refusal(reason)):
-        if reason is Reason.OTHER_SCALE or not refusal.detail or reason is Reason.PUBLISHED_RULE:
+        if not refusal.detail or reason in (Reason.OTHER_SCALE, Reason.LOW_CONFIDENCE, Reason.PUBLISHED_RULE):
             assert Refusal.from_text(str(refusal)) == refusal
