@@ -1,6 +1,7 @@
 """Exit statuses of the command."""
 
-ALL_MERGED, SOME_REFUSED, BAD_INPUT, INTERNAL_ERROR = 0, 1, 2, 70
+ALL_MERGED, SOME_REFUSED, BAD_INPUT, NOT_REACHED, INTERNAL_ERROR = 0, 1, 2, 3, 70
+"""NOT_REACHED: what was asked for, such as an overlap, cannot be reached; the nearest result is written."""
 
 INTERRUPTED, CLOSED_PIPE, TERMINATED = 130, 141, 143
 """128 plus the number of the signal, as in shells."""

@@ -16,6 +16,14 @@ from sim.mission.settings import CutSettings, MissionSettings, Starts
 
 
 @dataclass(frozen=True)
+class StartAttempt:
+    """Hold the settings of an attempt at an overlap, and the number of the ``draw`` of its starts."""
+
+    settings: MissionSettings
+    draw: int = 0
+
+
+@dataclass(frozen=True)
 class Cut:
     """Hold how many ``scans`` of each robot to keep, and the ``error``: by how much the pairs' overlaps then lie
     outside the range, summed up."""
@@ -51,17 +59,23 @@ def cut_to_overlap(
     return Cut(tuple(int(counts[end]) for counts, end in zip(scans, ends, strict=True)), error)
 
 
-def start_attempts(settings: MissionSettings) -> tuple[MissionSettings, ...]:
-    """List the settings to try for a target overlap: first as they are, then with the other kinds of starts.
+def start_attempts(settings: MissionSettings) -> tuple[StartAttempt, ...]:
+    """List the starts to try for a target overlap.
 
-    Close starts come first for large overlaps. There is one attempt if all starts are fixed.
+    Starts that are spread or close stay so, in several draws. Random ones, the default, are tried first, then the other
+    kinds, close ones first for large overlaps, and then close ones further and further apart. There is one attempt if
+    no overlap is asked for, or all starts are fixed.
     """
     fixed = settings.policy == "replay" or all(robot.start is not None for robot in settings.robots)
     if settings.overlap is None or fixed:
-        return (settings,)
+        return (StartAttempt(settings),)
+    draws = range(settings.cut.draws)
+    if settings.starts != "random":
+        return tuple(StartAttempt(settings, draw) for draw in draws)
     much = sum(settings.overlap) >= 1.0
-    order: tuple[Starts, ...] = ("close", "random", "spread") if much else ("spread", "random", "close")
-    return (settings, *(replace(settings, starts=how) for how in order if how != settings.starts))
+    order: tuple[Starts, ...] = ("random", "close", "spread") if much else ("random", "spread", "close")
+    first = tuple(StartAttempt(replace(settings, starts=how)) for how in order)
+    return (*first, *(StartAttempt(replace(settings, starts="close"), draw) for draw in draws[1:]))
 
 
 def _level_scans(scans: int, settings: CutSettings) -> NDArray[np.int64]:

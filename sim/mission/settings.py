@@ -35,13 +35,18 @@ class CutSettings:
     - ``levels``: number of end times tried for each robot, spaced evenly;
     - ``shortest``: smallest fraction of a robot's mission that is kept;
     - ``overlap_margin``: distance from the limits of the target range that is aimed at, if the range is wide enough;
-    - ``rounds``: of the coordinate descent, at most.
+    - ``rounds``: of the coordinate descent, at most;
+    - ``draws``: of each kind of starts, at most, until an overlap is reached; each costs a simulation;
+    - ``gap`` [m]: close starts of each further draw are that much further apart, by path length. Robots a room apart
+      share about half of what they see.
     """
 
     levels: int = 60
     shortest: float = 0.05
     overlap_margin: float = 0.002
     rounds: int = 20
+    draws: int = 4
+    gap: float = 3.0
 
     def __post_init__(self) -> None:
         require_positive(self)

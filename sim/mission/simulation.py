@@ -11,7 +11,7 @@ from mapping.robot.trajectory import Trajectory
 from mapping.seeds import Role, stream
 from sim.mission.controllers import make_navigators
 from sim.mission.mission import Mission
-from sim.mission.overlap import cut_to_overlap, start_attempts
+from sim.mission.overlap import StartAttempt, cut_to_overlap, start_attempts
 from sim.mission.replay import Replayed, check_replay
 from sim.mission.running import Driven, Mover, run_team
 from sim.mission.settings import MissionSettings
@@ -48,7 +48,8 @@ def simulate(
     Every robot scans at its lidar's rate from 0 s to the end. A robot that has finished stands still, goes on scanning,
     and stays visible to the others. ``on_progress`` is called with the simulated time [s] after each scan. ``replay``
     holds one world_from_base trajectory per robot, for the policy ``replay``. If the settings ask for an overlap, the
-    mission is cut to reach it. If that fails, it is simulated again from other starts, and the closest result is kept.
+    mission is cut to reach it. If that fails, it is simulated again from other starts, of the same kind unless they are
+    random, and the closest result is kept.
     ``clear_range`` [m] is how far a beam without a return sees there.
 
     Raises ``ValueError`` if the robots do not fit into the world, or a start, goal or trajectory is not valid;
@@ -89,19 +90,21 @@ def _best_overlap(
 
 def _drive(
     world: World,
-    settings: MissionSettings,
+    attempt: StartAttempt,
     seed: int,
     replay: Sequence[Trajectory],
     stopwatch: Stopwatch,
     on_progress: Callable[[float], None] | None,
 ) -> Mission:
+    settings = attempt.settings
     robots = settings.robots
     with ExitStack() as stack:
         with stopwatch.measure("building"):
             if replay:
                 starts = tuple(path.pose(0) for path in replay)
             else:
-                starts = choose_starts(stream(seed, Role.STARTS), world, robots, settings.starts)
+                gap = attempt.draw * settings.cut.gap if settings.starts == "close" else 0.0
+                starts = choose_starts(stream(seed, Role.STARTS, attempt.draw), world, robots, settings.starts, gap)
             scene = stack.enter_context(BulletScene(world, starts, robots, settings.drive))
             mover: Mover
             if replay:

@@ -50,13 +50,20 @@ class StandingPlaces:
                 return place
         return None
 
+    def path_lengths(self, sources: Chosen) -> NDArray[np.float64]:
+        """Return the length of the way from the nearest source to each place [cells], +inf if there is none: (N,)."""
+        search = MCP_Geometric(np.where(self.floor.part > 0, 1.0, -1.0))
+        cells = self.floor.frame.cells_from_metres([(each.x, each.y) for each in sources])
+        costs: NDArray[np.float64] = search.find_costs([tuple(cell) for cell in cells.tolist()])[0]
+        return costs[tuple(self.cells.T)]
+
     def of_part(self, index: int) -> NDArray[np.int64]:
         """Return the indices of the places in the part of the floor for the robot of that index."""
         parts = max(1, min(self._world.parts, len(self.floor.areas)))
         return np.flatnonzero(self.part == index % parts + 1)
 
 
-def _random(rng: np.random.Generator, places: StandingPlaces) -> Draw:
+def _random(rng: np.random.Generator, places: StandingPlaces, gap: float) -> Draw:
     rank = np.empty(len(places.points), dtype=np.int64)
     rank[rng.permutation(len(rank))] = np.arange(len(rank))
 
@@ -67,7 +74,7 @@ def _random(rng: np.random.Generator, places: StandingPlaces) -> Draw:
     return draw
 
 
-def _spread(rng: np.random.Generator, places: StandingPlaces) -> Draw:
+def _spread(rng: np.random.Generator, places: StandingPlaces, gap: float) -> Draw:
     """Place each robot as far as possible from the nearest one before it, the first as far as possible from
     anywhere."""
     anywhere = rng.random()
@@ -84,8 +91,9 @@ def _spread(rng: np.random.Generator, places: StandingPlaces) -> Draw:
     return draw
 
 
-def _close(rng: np.random.Generator, places: StandingPlaces) -> Draw:
-    """Place the first robot anywhere, the others nearest to it by path length."""
+def _close(rng: np.random.Generator, places: StandingPlaces, gap: float) -> Draw:
+    """Place the first robot anywhere, the others nearest to it by path length, and ``gap`` [m] from all others
+    if there is room."""
     anywhere = rng.random()
 
     def draw(index: int, taken: Chosen) -> SE2 | None:
@@ -94,16 +102,17 @@ def _close(rng: np.random.Generator, places: StandingPlaces) -> Draw:
             return None
         if not taken:
             return places.first_clear(np.roll(members, -int(anywhere * len(members))), taken)
-        heart = places.floor.frame.cells_from_metres([(taken[0].x, taken[0].y)])[0]
-        search = MCP_Geometric(np.where(places.floor.part > 0, 1.0, -1.0))
-        ways = search.find_costs([tuple(heart.tolist())])[0][tuple(places.cells.T)]
+        ways = places.path_lengths(taken[:1])
         near = np.flatnonzero(np.isfinite(ways))
+        if gap:
+            apart = places.path_lengths(taken)[near]
+            near = near[apart >= min(gap / CELL, apart.max())]
         return places.first_clear(near[np.argsort(ways[near], kind="stable")], taken)
 
     return draw
 
 
-DRAWS: dict[str, Callable[[np.random.Generator, StandingPlaces], Draw]] = {
+DRAWS: dict[str, Callable[[np.random.Generator, StandingPlaces, float], Draw]] = {
     "random": _random,
     "spread": _spread,
     "close": _close,
@@ -111,19 +120,24 @@ DRAWS: dict[str, Callable[[np.random.Generator, StandingPlaces], Draw]] = {
 
 
 def choose_starts(
-    rng: np.random.Generator, world: World, robots: Sequence[RobotSettings], placement: Starts = "random"
+    rng: np.random.Generator,
+    world: World,
+    robots: Sequence[RobotSettings],
+    placement: Starts = "random",
+    gap: float = 0.0,
 ) -> tuple[SE2, ...]:
     """Choose world_from_base for each robot that has no start of its own.
 
     Each chosen start lies on the largest floor that robots of this size can reach, at least 0.5 m (or the radius and
     0.1 m) from any solid and twice that from other robots, with a random heading. In a world of several parts, robots
-    are distributed over the parts in turn; close starts are all in one part. Raises ``ValueError`` if a given start is
+    are distributed over the parts in turn; close starts are all in one part, and the way between any two is at least
+    ``gap`` [m] long if there is room. Raises ``ValueError`` if a given start is
     in a wall or overlaps another one, or if there is no room for all robots.
     """
     check_starts(world, robots)
     radius = max(robot.radius for robot in robots)
     clear = max(CLEAR, radius + 0.1)
-    draw = DRAWS[placement](rng, StandingPlaces(world, radius, clear))
+    draw = DRAWS[placement](rng, StandingPlaces(world, radius, clear), gap)
     headings = rng.uniform(-math.pi, math.pi, len(robots))
     given = [robot.start for robot in robots if robot.start is not None]
     taken: Chosen = list(given)

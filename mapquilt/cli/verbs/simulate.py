@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mapping.settings import LOG_ODDS
-from mapquilt.cli.exit_status import ALL_MERGED
+from mapquilt.cli.exit_status import ALL_MERGED, NOT_REACHED
 from mapquilt.cli.options.files import Out
 from mapquilt.cli.options.mission import (
     SEED,
@@ -83,6 +83,7 @@ def simulate(
 ) -> int:
     """Simulate robots in a world; write their maps, their logs and the truth.
 
+    Exit status 3 if --overlap was not reached; the nearest result is written.
     Example: mapquilt simulate office --robots 3 --out runs/office
     """
     spare_inputs(out, [Path(world), *(replay or ()), *([] if robots_file is None else [robots_file])])
@@ -127,13 +128,14 @@ def simulate(
         f"{mission.duration:g} s, noise {sample.sensing.noise:g}"
     )
     print_table(coverage_line(out))
-    if mission.overlap is not None:
-        _report_overlaps(made, mission.overlap)
+    if mission.overlap is not None and not _report_overlaps(made, mission.overlap):
+        return NOT_REACHED
     return ALL_MERGED
 
 
-def _report_overlaps(sample: Sample, requested: tuple[float, float]) -> None:
-    """Print the range of true overlaps, and a warning for each pair outside the requested range."""
+def _report_overlaps(sample: Sample, requested: tuple[float, float]) -> bool:
+    """Print the range of true overlaps, and a warning for each pair outside the requested range; return if there is
+    none."""
     low, high = requested
     overlaps = sample.true_overlaps()
     seconds = [place.truth.trajectory.stamps[-1] for place in sample.places.maps]
@@ -141,10 +143,11 @@ def _report_overlaps(sample: Sample, requested: tuple[float, float]) -> None:
         f"true overlap {min(overlaps.values()):.3f} to {max(overlaps.values()):.3f}, requested {low:g} to {high:g}; "
         f"missions cut to {', '.join(f'{end:.0f}' for end in seconds)} s"
     )
-    warn(
-        tuple(
-            f"overlap {low:g}:{high:g} was not reached: {a} and {b} overlap by {overlap:.3f}, the nearest found"
-            for (a, b), overlap in overlaps.items()
-            if not low <= overlap <= high
-        )
+    missed = tuple(
+        f"overlap {low:g}:{high:g} was not reached: {a} and {b} overlap by {overlap:.3f}, the nearest found; "
+        "try another --starts, --seed or --duration"
+        for (a, b), overlap in overlaps.items()
+        if not low <= overlap <= high
     )
+    warn(missed)
+    return not missed

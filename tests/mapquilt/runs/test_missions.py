@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mapping.io.tum import load_tum
+from mapquilt.cli.exit_status import NOT_REACHED
 from mapquilt.cli.options.mission import MissionOptions, parse_mission
 from mapquilt.runs.truth_file import load_truth
 from sim.mission.file import load_mission
@@ -72,11 +73,11 @@ def test_the_reached_overlap_counts_beams_without_a_return(tmp_path: Path, capsy
     assert seen["robots"][0]["share"][-1] > 0.5  # type: ignore[index]
 
 
-def test_an_unreachable_overlap_gives_a_warning_and_the_nearest_one(
+def test_an_unreachable_overlap_gives_a_status_a_warning_and_the_nearest_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     start = ("--start", "3,10", "--start", "26,10", "--overlap", "0.9:1", "--duration", 2, "--seed", 7)
-    assert command("simulate", "office", *start, "--out", tmp_path / "run") == 0
+    assert command("simulate", "office", *start, "--out", tmp_path / "run") == NOT_REACHED
     assert "overlap 0.9:1 was not reached: robot_0 and robot_1 overlap by" in capsys.readouterr().err
     assert record(tmp_path / "run")["overlap"]["reached"][0] < 0.9  # type: ignore[index]
 

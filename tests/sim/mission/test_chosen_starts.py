@@ -44,6 +44,17 @@ def test_spread_is_farther_than_random_and_close_is_nearer() -> None:
         assert max(gaps(chosen("close", seed))) < 4.5
 
 
+def test_close_starts_keep_a_gap_if_there_is_room() -> None:
+    """Ways on a grid of eight neighbours exceed the distance by at most 8.3 %."""
+    hall = World("hall", 0, (30, 20), ())
+    for gap in (3.0, 6.0):
+        starts = choose_starts(np.random.default_rng(1), hall, TEAM[:3], "close", gap)
+        assert min(gaps(starts)) >= gap / 1.083
+        assert gaps(starts)[0] <= gap + 0.1
+    far = choose_starts(np.random.default_rng(1), hall, TEAM[:2], "close", 100.0)
+    assert gaps(far)[0] > 15.0
+
+
 def test_close_robots_are_not_separated_by_a_wall() -> None:
     wall = World("wall", 0, (20, 8), (box(9.9, 0, 10.1, 7),))
     for seed in range(8):

@@ -7,14 +7,16 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from mapping.geometry.se2 import SE2
 from mapping.ground_truth.footprint import observed
 from mapping.ground_truth.truth import overlap
 from sim.mission.coverage import coverage
 from sim.mission.first_seen import NEVER, first_seen
 from sim.mission.mission import Mission
-from sim.mission.overlap import cut_to_overlap, start_attempts
+from sim.mission.overlap import StartAttempt, cut_to_overlap, start_attempts
 from sim.mission.settings import MissionSettings
 from sim.mission.simulation import simulate
+from sim.physics.robot import RobotSettings
 from worlds.families.registry import make_world
 from worlds.polygon import box, disc
 from worlds.raster import touched_cells, true_raster
@@ -104,11 +106,11 @@ def test_the_best_ends_of_two_robots_equal_an_exhaustive_search(long_mission: Mi
 @pytest.mark.slow
 def test_an_overlap_is_reached_by_other_starts_or_the_nearest_is_kept() -> None:
     world = make_world("office", 7)
-    settings = MissionSettings(2, 10.0, starts="spread", overlap=(0.6, 0.9))
+    starts = (RobotSettings(start=SE2(3.0, 10.0, 0.0)), RobotSettings())
+    settings = MissionSettings(starts, 10.0, overlap=(0.6, 0.9))
     mission, times = simulate(world, settings, 7)
     frame = true_raster(world).frame
     assert 0.6 <= overlap(*(observed(truth, frame) for truth in mission.robots)) <= 0.9
-    assert mission.settings.starts == "close"
     assert times.cutting > 0.0
     out_of_reach, _ = simulate(world, MissionSettings(3, 2.0, overlap=(0.01, 0.02)), 7)
     assert len(out_of_reach.robots) == 3
@@ -116,6 +118,19 @@ def test_an_overlap_is_reached_by_other_starts_or_the_nearest_is_kept() -> None:
 
 def test_close_starts_are_tried_first_for_large_overlaps() -> None:
     much, little = (start_attempts(MissionSettings(2, overlap=wanted)) for wanted in ((0.7, 0.9), (0.0, 0.2)))
-    assert [each.starts for each in much] == ["random", "close", "spread"]
-    assert [each.starts for each in little] == ["random", "spread", "close"]
-    assert start_attempts(MissionSettings(2)) == (MissionSettings(2),)
+    found = [[(each.settings.starts, each.draw) for each in attempts] for attempts in (much, little)]
+    further = [("close", draw) for draw in (1, 2, 3)]
+    assert found[0] == [("random", 0), ("close", 0), ("spread", 0), *further]
+    assert found[1] == [("random", 0), ("spread", 0), ("close", 0), *further]
+    assert start_attempts(MissionSettings(2)) == (StartAttempt(MissionSettings(2)),)
+
+
+@pytest.mark.slow
+def test_close_starts_stay_close_and_reach_an_overlap_further_apart() -> None:
+    world = make_world("office", 6)
+    mission, _ = simulate(world, MissionSettings(2, 30.0, starts="close", overlap=(0.3, 0.5)), 6)
+    frame = true_raster(world).frame
+    assert 0.3 <= overlap(*(observed(truth, frame) for truth in mission.robots)) <= 0.5
+    assert mission.settings.starts == "close"
+    (x0, y0), (x1, y1) = ((pose.x, pose.y) for pose in (truth.trajectory.pose(0) for truth in mission.robots))
+    assert np.hypot(x1 - x0, y1 - y0) <= 12.0
