@@ -19,3 +19,10 @@ def parse_range(text: str) -> tuple[float, float]:
     """Parse LO:HI into two numbers. Raises ``ValueError`` naming the text."""
     low, _, high = text.partition(":")
     return parse_number(low), parse_number(high)
+
+
+def parse_angle(text: str) -> float:
+    """Parse an angle [rad], or one in degrees that ends with ``deg``. Raises ``ValueError`` naming the text."""
+    if text.endswith("deg"):
+        return math.remainder(math.radians(parse_number(text.removesuffix("deg"))), math.tau)
+    return parse_number(text)

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from mapping.arrays import sealed
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
-from mapping.grid.occupancy_grid import FREE, OCCUPIED, SMALLEST_MISS, UNKNOWN, OccupancyGrid
-from mapping.grid.resampling import resampled
+from mapping.grid.occupancy_grid import SMALLEST_MISS, TRINARY_LOG_ODDS, OccupancyGrid
+from mapping.grid.resampling import Resampling
 from mapping.validation import require_valid
 
 ROUNDING_CELLS = 1e-6
@@ -38,12 +39,14 @@ class FusionSettings:
     - ``max_cells``: cells are made wider where a merged map would have more;
     - ``same_wall_cells``: largest distance [cells] of two maps' drawings of one wall; 0.3 m in cells of 0.05 m, about
       the drift of a map that still merges, and less than the width of a door;
+    - ``band_rows``: rows that are fused at a time, to save memory; any number gives the same map;
     - ``tie_log_odds``: of the drawings of a wall, those whose log-odds are within this of the best are all kept; less
       than one observation changes.
     """
 
     samples: int = 2
     max_cells: int = 2**26
+    band_rows: int = 256
     same_wall_cells: float = 6.0
     tie_log_odds: float = 0.5
 
@@ -92,19 +95,66 @@ def fuse_and_compare(
     - ``max``: the most occupied (m-explore).
 
     The order of the maps does not matter. The grid is the reference's, grown by whole cells to hold all maps. Each map
-    is sampled by ``resampled``, so that thin walls of finer maps stay.
+    is resampled so that thin walls of finer maps stay.
     """
     frame = _grown(
         reference, [_corners(reference_from_map, grid) for reference_from_map, grid in grids], settings.max_cells
     )
-    total, highest = (np.zeros(frame.shape, dtype=np.float32) for _ in range(2))
-    known, occupied = (np.zeros(frame.shape, dtype=np.uint16) for _ in range(2))
-    deep = np.zeros(frame.shape, dtype=bool)
-    nearest, second = (np.full(frame.shape, np.inf, dtype=np.float16) for _ in range(2))
-    for reference_from_map, grid in grids:
-        box = _box(frame, _corners(reference_from_map, grid))
-        window = frame.window((box[0].start, box[1].start), total[box].shape)
-        seen = resampled(grid, reference_from_map, window, settings.samples)
+    total, conflicts = (np.zeros(frame.shape, dtype=np.float32) for _ in range(2))
+    views = [_View.of(frame, reference_from_map, grid, settings.samples) for reference_from_map, grid in grids]
+    shared = doubled = 0
+    for first in range(0, frame.shape[0], settings.band_rows):
+        rows = slice(first, min(first + settings.band_rows, frame.shape[0]))
+        band = _fused_band(frame, views, rows, fusion, settings)
+        for raster, cells in ((total, band.total), (conflicts, band.conflicts)):
+            np.copyto(raster[rows], cells, where=cells != 0.0)  # so that unknown areas take no memory
+        shared, doubled = shared + band.shared, doubled + band.doubled
+    return Fused(OccupancyGrid(frame, sealed(total)), OccupancyGrid(frame, sealed(conflicts)), doubled / max(1, shared))
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """A map seen on the rows and columns of the merged frame that it covers."""
+
+    rows: slice
+    cols: slice
+    resampling: Resampling
+
+    @staticmethod
+    def of(frame: GridFrame, frame_from_map: Similarity2, grid: OccupancyGrid, samples: int) -> _View:
+        rows, cols = _box(frame, _corners(frame_from_map, grid))
+        window = frame.window((rows.start, cols.start), (rows.stop - rows.start, cols.stop - cols.start))
+        return _View(rows, cols, Resampling(grid, frame_from_map, window, samples))
+
+
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """Some rows of the merged map: ``total`` and ``conflicts`` (rows, cols), and the numbers of wall cells that several
+    maps show, and that the merged map shows more than once."""
+
+    total: Raster
+    conflicts: Raster
+    shared: int
+    doubled: int
+
+
+def _fused_band(
+    frame: GridFrame, views: Sequence[_View], rows: slice, fusion: FusionName, settings: FusionSettings
+) -> _Band:
+    """Fuse the rows of a band. Rows beside it decide with it: those within reach of a wall, twice (``_lost_walls``)."""
+    halo = 2 * math.ceil(settings.same_wall_cells) + 3
+    first, last = max(0, rows.start - halo), min(frame.shape[0], rows.stop + halo)
+    shape = last - first, frame.shape[1]
+    total, highest = (np.zeros(shape, dtype=np.float32) for _ in range(2))
+    known, occupied = (np.zeros(shape, dtype=np.uint16) for _ in range(2))
+    deep = np.zeros(shape, dtype=bool)
+    nearest, second = (np.full(shape, np.inf, dtype=np.float16) for _ in range(2))
+    for view in views:
+        low, high = max(first, view.rows.start), min(last, view.rows.stop)
+        if low >= high:
+            continue
+        box = slice(low - first, high - first), view.cols
+        seen = view.resampling.rows(low - view.rows.start, high - view.rows.start)
         _RULES[fusion](total[box], seen, known[box] > 0)
         np.maximum(highest[box], seen, out=highest[box])
         known[box] += seen != 0.0
@@ -119,14 +169,11 @@ def fuse_and_compare(
         total[lost] = highest[lost]
     doubled = shared & deep & (total > 0.0) & (second > ONE_WALL_CELLS)
     total[(known > 0) & (total == 0.0)] = SMALLEST_MISS
-    conflicts = np.full(frame.shape, UNKNOWN, np.int8)
-    conflicts[known > 1] = FREE
-    conflicts[deep & (occupied > 0)] = OCCUPIED
-    return Fused(
-        OccupancyGrid(frame, total),
-        OccupancyGrid.from_occupancy(frame, conflicts),
-        int(np.count_nonzero(doubled)) / max(1, int(np.count_nonzero(shared))),
-    )
+    conflicts = np.where(known > 1, np.float32(-TRINARY_LOG_ODDS), np.float32(0.0))
+    conflicts[deep & (occupied > 0)] = TRINARY_LOG_ODDS
+    own = slice(rows.start - first, rows.stop - first)
+    counts = (int(np.count_nonzero(mask[own])) for mask in (shared, doubled))
+    return _Band(total[own], conflicts[own], *counts)
 
 
 def _lost_walls(

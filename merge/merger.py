@@ -54,7 +54,9 @@ def merge_maps(
     _check_names(maps, settings)
     team = Team.of(maps, settings, seed, on_progress, runner)
     known = {team.pair(*names): answer for names, answer in (answers or {}).items() if set(names) <= set(maps.names)}
-    return merge_result(team, stitch(team) if settings.trust_priors else solve(team, known))
+    solution = stitch(team) if settings.trust_priors else solve(team, known)
+    team.forget_features()
+    return merge_result(team, solution)
 
 
 def match_maps(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mapping.arrays import frozen_array
+from mapping.arrays import frozen_array, sealed
 from mapping.grid.frame import GridFrame
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
@@ -72,12 +72,13 @@ class OccupancyGrid:
         """Crop to the bounding box of the known cells and ``margin`` cells around it.
 
         Cells beyond the raster are unknown; coordinates in metres do not change. A grid without known cells keeps one
-        cell and its margin.
+        cell and its margin. Without a margin the cells are shared, not copied.
         """
         known = self.known
         rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
         low, left, high, right = (rows[0], cols[0], rows[-1], cols[-1]) if rows.size else (0, 0, 0, 0)
-        box = np.pad(self.log_odds[low : high + 1, left : right + 1], margin)
+        box = self.log_odds[low : high + 1, left : right + 1]
+        box = sealed(np.pad(box, margin)) if margin else box
         return OccupancyGrid(self.frame.window((int(low) - margin, int(left) - margin), box.shape), box)
 
     def occupancy(self) -> NDArray[np.int8]:

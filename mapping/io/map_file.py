@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.arrays import sealed
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, UNKNOWN, OccupancyGrid
 from mapping.io.atomic import write_files_atomically
@@ -140,12 +141,16 @@ def _loaded(
 
 
 def _grid(picture: Picture, meta: MapYaml, cells: NDArray[np.int8]) -> OccupancyGrid:
-    log_odds = log_odds_of_cell(meta.mode)[cells + 1][picture.grey[::-1]]
-    if picture.opaque is not None and meta.mode != "raw":
-        log_odds[~picture.opaque[::-1]] = 0.0
-    log_odds.flags.writeable = False
+    log_odds_of_grey = log_odds_of_cell(meta.mode)[cells + 1]
+    opaque = picture.opaque if meta.mode != "raw" else None
+    log_odds = np.zeros(picture.grey.shape, np.float32)
+    for row in range(len(log_odds)):  # only known cells are written, so that the system gives unknown areas no memory
+        seen = log_odds_of_grey[picture.grey[-1 - row]]
+        if opaque is not None:
+            seen[~opaque[-1 - row]] = 0.0
+        np.copyto(log_odds[row], seen, where=seen != 0.0)
     rows, cols = picture.grey.shape
-    return OccupancyGrid(GridFrame(meta.resolution, meta.origin, (rows, cols)), log_odds)
+    return OccupancyGrid(GridFrame(meta.resolution, meta.origin, (rows, cols)), sealed(log_odds))
 
 
 def _yaml_beside(path: Path) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.tum import save_tum
 from mapquilt.convert.convert_map import convert_map
+from mapquilt.convert.reframing import Reframing
 from mapquilt.logs.log_files import is_bag, is_log
 from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs.folder import require_run
@@ -36,20 +37,26 @@ class Conversion:
 
 
 def convert(
-    source: Path, out: Path, to: Format | None = None, mode: Mode | None = None, unknown_grey: UnknownGrey = None
+    source: Path,
+    out: Path,
+    to: Format | None = None,
+    mode: Mode | None = None,
+    unknown_grey: UnknownGrey = None,
+    reframing: Reframing = Reframing(),
 ) -> Conversion:
     """Convert ``source``, a map file, a robot's log or a run folder, to ``out``, atomically.
 
-    A map is written in ``mode``, with ``unknown_grey`` as in ``load_map``. A log is written as a TUM or CARMEN
-    file, a run as a folder of TUM or CARMEN files or as a ROS 2 bag. ``to`` defaults to the format that the extension
-    of ``out`` names. An existing file is replaced, but never the source; a folder must be new or empty.
+    A map is written in ``mode``, with ``unknown_grey`` as in ``load_map``, on the raster of ``reframing``. A log is
+    written as a TUM or CARMEN file, a run as a folder of TUM or CARMEN files or as a ROS 2 bag. ``to`` defaults to the
+    format that the extension of ``out`` names. An existing file is replaced, but never the source; a folder must be new
+    or empty.
 
     Raises ``ValueError`` or ``OSError`` naming the file that cannot be read or written, ``ImportError`` if the bag
     writer is not installed.
     """
     to = to or _by_ending(out)
-    if to != "map" and (mode is not None or unknown_grey is not None):
-        raise ValueError(f"--mode and --unknown are for maps, not for {to}")
+    if to != "map" and (mode is not None or unknown_grey is not None or reframing != Reframing()):
+        raise ValueError(f"--mode, --unknown, --yaw, --align-walls, --resolution and --crop are for maps, not for {to}")
     if is_log(source) and source.suffix.lower() != ".npz" and source.exists():
         kind = "ROS bag" if is_bag(source) else "CARMEN log"
         raise ValueError(f"{source}: is a {kind}; `mapquilt map {source} --out DIR` writes its map and trajectory.tum")
@@ -61,7 +68,7 @@ def convert(
         return _convert_log(source, out, to)
     if to != "map":
         raise ValueError(f"{source}: a map cannot be converted to {to}; give a run folder or a robot's log.npz")
-    return Conversion(f"{out}: map", convert_map(source, out, mode or "trinary", unknown_grey))
+    return Conversion(f"{out}: map", convert_map(source, out, mode or "trinary", unknown_grey, reframing))
 
 
 def _by_ending(out: Path) -> Format:

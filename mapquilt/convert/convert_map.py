@@ -12,16 +12,20 @@ from mapping.io.map_file import UnknownGrey, load_map, save_map
 from mapping.io.map_yaml import Mode
 from mapping.io.occupancy_grey import picture_of_grid
 from mapping.io.picture import picture_bytes
+from mapquilt.convert.reframing import Reframing
 from mapquilt.merging.spare_maps import spare_maps
 
 PictureKind = Literal["pgm", "png"]
 
 
-def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: UnknownGrey) -> tuple[str, ...]:
+def convert_map(
+    source: Path, out: Path, mode: Mode, unknown_grey: UnknownGrey, reframing: Reframing = Reframing()
+) -> tuple[str, ...]:
     """Write the map at ``source`` to ``out``, which ends in .yaml, .pgm or .png, and return the warnings.
 
     YAML and picture are written under one name; a ``.yaml`` gets a PGM, or in scale mode a PNG. Resolution, origin and
-    yaw are exact. A picture without YAML has no resolution, so only a picture is written. A link is followed.
+    yaw are exact, unless ``reframing`` changes them. A picture without YAML has no resolution, so only a picture is
+    written. A link is followed.
 
     Raises ``ValueError`` or ``OSError`` naming a file that cannot be read, is not a map, or would replace the source.
     """
@@ -32,10 +36,13 @@ def convert_map(source: Path, out: Path, mode: Mode, unknown_grey: UnknownGrey) 
     if not out.parent.is_dir():
         raise ValueError(f"{out.parent}: no such folder")
     spare_maps(out, (source,), (out.with_suffix(".yaml"), out.with_suffix(f".{kind}")))
+    if loaded.unit == "cell" and (reframing.yaw is not None or reframing.resolution is not None):
+        raise ValueError(f"{source}: a picture without YAML has neither resolution nor yaw to change")
+    grid = reframing.apply(loaded.grid)
     if loaded.unit == "cell":
-        _save_bare(source, loaded.grid, out, mode, kind)
+        _save_bare(source, grid, out, mode, kind)
     else:
-        save_map(loaded.grid, out.with_suffix(""), mode=mode, picture=kind)
+        save_map(grid, out.with_suffix(""), mode=mode, picture=kind)
     return tuple(f"{source}: {warning}" for warning in loaded.warnings)
 
 

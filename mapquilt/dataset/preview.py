@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.viz.palette import picture
+from mapquilt.viz.palette import at_screen_size, picture
 
 SIDE = 160
 GAP = 4
@@ -29,7 +29,7 @@ def preview_png(maps: MapSet) -> bytes:
 
 
 def _tile(grid: OccupancyGrid) -> NDArray[np.uint8]:
-    image = picture(grid)[::-1]
+    image = picture(at_screen_size(grid))[::-1]
     scale = SIDE / max(image.shape[:2])
     height, width = (max(1, round(size * scale)) for size in image.shape[:2])
     small = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)

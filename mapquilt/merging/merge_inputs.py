@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import LoadedMap, UnknownGrey, load_map, require_known
 from mapping.io.map_yaml import image_path, read_map_yaml
@@ -91,7 +93,9 @@ def added_inputs(folder: Path, paths: Sequence[Path], unknown: UnknownGrey) -> M
 
 def map_fingerprint(grid: OccupancyGrid) -> str:
     """Hash the cells and the frame of a map."""
-    return hashlib.sha256(repr(grid.frame).encode() + grid.log_odds.tobytes()).hexdigest()
+    digest = hashlib.sha256(repr(grid.frame).encode())
+    digest.update(np.ascontiguousarray(grid.log_odds).data)
+    return digest.hexdigest()
 
 
 def read_merge(folder: Path) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.viz.palette import CONFLICT, CONFLICT_FREE, FREE, UNKNOWN, map_colours, of_255, picture
+from mapquilt.viz.palette import CONFLICT, CONFLICT_FREE, FREE, UNKNOWN, at_screen_size, map_colours, of_255, picture
 from mapquilt.viz.panels import Extent, lay_out, write_title
 from merge.records.result import MergedGroup
 
@@ -61,12 +61,9 @@ def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
 
 
 def _show_conflicts(panel: Axes, group: MergedGroup) -> None:
-    frame, conflicts = group.conflicts.frame, group.conflicts.occupied
-    for cells, colour in (
-        (conflicts & ~group.merged.occupied, CONFLICT_FREE),
-        (conflicts & group.merged.occupied, CONFLICT),
-    ):
-        show_walls(panel, OccupancyGrid(frame, cells.astype(np.float32)), colour, Similarity2(), zorder=1.0)
+    conflicts, merged = at_screen_size(group.conflicts), at_screen_size(group.merged).occupied
+    for cells, colour in ((conflicts.occupied & ~merged, CONFLICT_FREE), (conflicts.occupied & merged, CONFLICT)):
+        show_walls(panel, OccupancyGrid(conflicts.frame, cells.astype(np.float32)), colour, Similarity2(), zorder=1.0)
 
 
 def count_of_merged(placed: Mapping[str, Similarity2], maps: MapSet) -> str:
@@ -87,6 +84,7 @@ def extent_of(grid: OccupancyGrid) -> Extent:
 
 def show_grid(panel: Axes, grid: OccupancyGrid, walls: bool = True) -> None:
     panel.set_facecolor(of_255(UNKNOWN))
+    grid = at_screen_size(grid)
     image = picture(grid) if walls else picture(grid, wall=FREE)
     _show_image(panel, image, grid.frame, Similarity2())
 
@@ -108,6 +106,7 @@ def show_all_walls(panel: Axes, maps: MapSet, panel_from_map: Mapping[str, Simil
 
 def show_walls(panel: Axes, grid: OccupancyGrid, colour: str, panel_from_map: Similarity2, zorder: float) -> None:
     """Draw the occupied cells of a map alone, in one colour."""
+    grid = at_screen_size(grid)
     image = np.empty((*grid.frame.shape, 4), np.uint8)
     image[..., :3] = np.rint(255.0 * np.array(to_rgb(colour)))
     image[..., 3] = np.where(grid.occupied, round(255.0 * OPACITY), 0)

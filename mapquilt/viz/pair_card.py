@@ -12,7 +12,7 @@ from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapquilt.viz.palette import FREE, ROBOTS, UNKNOWN, WALL
+from mapquilt.viz.palette import FREE, ROBOTS, UNKNOWN, WALL, at_screen_size
 
 SIDE, GAP = 300, 10
 """Side of a panel, and gap between two [pixels]."""
@@ -33,6 +33,7 @@ def card_picture(
 ) -> Picture:
     """Draw the target, the source, and the source's walls over the target's where the answer puts them, as RGB
     (SIDE, 3 SIDE + 2 GAP, 3). The source's true bounding box is dashed."""
+    target, source = at_screen_size(target), at_screen_size(source)
     panels = [_draw_map(target), _draw_map(source), _overlay(target, source, answer, truth)]
     space = np.full((SIDE, GAP, 3), 255, np.uint8)
     return np.hstack((panels[0], space, panels[1], space, panels[2]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.grid.resampling import coarsened
 
 ROBOTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6BB1", "#6B4C2A")
 """The colours of Okabe and Ito, which are safe for colour-blind readers, and two more; reused beyond eight."""
@@ -24,6 +26,9 @@ OUTCOME_COLOURS = {
     "false accept": "#c1121f",
     "true reject": "#8b949e",
 }
+
+MOST_CELLS = 1400
+"""Cells a side of the largest grid that is drawn cell by cell; panels have 500 to 900 pixels a side."""
 
 _OF_A_RUN = re.compile(r"robot_(\d+)(?:_part_\d+)?")
 _DARKEST, _LIGHTEST = -0.3, 0.35
@@ -59,6 +64,13 @@ def of_255(colour: tuple[int, int, int]) -> tuple[float, float, float]:
     """Convert a colour from 0..255 to 0..1 for matplotlib."""
     red, green, blue = colour
     return red / 255.0, green / 255.0, blue / 255.0
+
+
+def at_screen_size(grid: OccupancyGrid) -> OccupancyGrid:
+    """Coarsen a grid that has many more cells than a panel has pixels."""
+    return (
+        coarsened(grid, math.ceil(max(grid.frame.shape) / MOST_CELLS)) if max(grid.frame.shape) > MOST_CELLS else grid
+    )
 
 
 def picture(grid: OccupancyGrid, wall: tuple[int, int, int] = WALL) -> NDArray[np.uint8]:

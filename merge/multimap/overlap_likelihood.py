@@ -51,6 +51,10 @@ class OverlapLikelihood:
             self._prepared[index] = self._cache.prepared(self._maps.grids[index])
         return self._prepared[index]
 
+    def forget_prepared(self) -> None:
+        """Free the memory of the prepared maps."""
+        self._prepared.clear()
+
     def _rounded(self, source: int, pose: Similarity2) -> Similarity2:
         step = 1.0 / self._frames[source].diagonal
         scale = math.exp(step * round(math.log(pose.scale) / step))

@@ -14,7 +14,7 @@ from mapping.seeds import Role, stream
 from merge.multimap.graph import Cluster, Pair
 from merge.multimap.team import Answers, Team
 from merge.pair.feature_cache import FeatureCache
-from merge.pair.task import PairTask, canonical_order
+from merge.pair.task import CanonicalOrder, PairTask
 from merge.verification.wall_overlap import measure_wall_overlap
 
 
@@ -64,7 +64,7 @@ def _coarse_score(task: PairTask, cache: FeatureCache | None) -> float:
     )
     target, source = task.features(cache, (search,))
     scale = task.in_cells(task.scale, (target, source))
-    if canonical_order(target.prepared.grid) > canonical_order(source.prepared.grid):
+    if CanonicalOrder(target.prepared.grid) > CanonicalOrder(source.prepared.grid):
         target, source, scale = source, target, scale.inverse()
     if not (len(target.prepared.points) and len(source.prepared.points)):
         return 0.0

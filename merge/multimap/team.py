@@ -25,7 +25,7 @@ from merge.multimap.graph import (
 )
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
-from merge.pair.task import PairTask, Runner, canonical_order, run_tasks
+from merge.pair.task import CanonicalOrder, PairTask, Runner, run_tasks
 from merge.preparation.settings import PreparationSettings
 from merge.records.prior import Expected, expected_poses
 from merge.records.result import PairResult
@@ -113,6 +113,11 @@ class Team:
             run=run,
         )
 
+    def forget_features(self) -> None:
+        """Free the memory of prepared maps and features; they are made again if needed."""
+        self.run.cache.clear()
+        self.likelihood.forget_prepared()
+
     @property
     def pairs(self) -> list[Pair]:
         return list(combinations(range(len(self.maps)), 2))
@@ -197,7 +202,7 @@ def local_frames(maps: MapSet, cache: FeatureCache) -> list[LocalFrame]:
 
 
 def _in_canonical_order(maps: MapSet) -> MapSet:
-    order = sorted(range(len(maps)), key=lambda k: (canonical_order(maps.grids[k]), maps.grids[k].frame.resolution))
+    order = sorted(range(len(maps)), key=lambda k: (CanonicalOrder(maps.grids[k]), maps.grids[k].frame.resolution))
     return MapSet(
         tuple(maps.names[k] for k in order),
         tuple(maps.grids[k] for k in order),

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from mapping.arrays import sealed
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
@@ -48,6 +51,10 @@ class FeatureCache:
                 descriptions[method] = method.describe(prepared)
         return MapFeatures(prepared, tuple(descriptions[method] for method in methods))
 
+    def clear(self) -> None:
+        """Forget all maps."""
+        self._maps.clear()
+
     def _known(self, grid: OccupancyGrid) -> tuple[PreparedMap, dict[Method, Any]]:
         key = fingerprint(grid)
         if key not in self._maps:
@@ -60,7 +67,9 @@ class FeatureCache:
 
 def fingerprint(grid: OccupancyGrid) -> bytes:
     """Hash the cells of a map, whatever its frame: 32 bytes."""
-    return hashlib.sha256(repr(grid.frame.shape).encode() + grid.log_odds.tobytes()).digest()
+    digest = hashlib.sha256(repr(grid.frame.shape).encode())
+    digest.update(np.ascontiguousarray(grid.log_odds).data)
+    return digest.digest()
 
 
 def prepare_map(grid: OccupancyGrid, settings: PreparationSettings = PreparationSettings()) -> PreparedMap:
@@ -91,4 +100,4 @@ def _limit_size(grid: OccupancyGrid, max_cells: int) -> OccupancyGrid:
         return grid
     rows, cols = (math.ceil(side / times) for side in grid.frame.shape)
     frame = GridFrame(float(times), grid.frame.origin, (rows, cols))
-    return OccupancyGrid(frame, resampled(grid, Similarity2.identity(), frame))
+    return OccupancyGrid(frame, sealed(resampled(grid, Similarity2.identity(), frame)))

@@ -25,7 +25,7 @@ from merge.alignment.hypotheses import (
 )
 from merge.methods import Proposer
 from merge.pair.feature_cache import FeatureCache, MapFeatures, metres_from_prepared
-from merge.pair.task import PairTask, canonical_order, to_result
+from merge.pair.task import CanonicalOrder, PairTask, to_result
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.second_best import second_best_proposals
 from merge.records.evidence import Evidence
@@ -107,7 +107,7 @@ def _answer(
 ) -> PairAnswer:
     """Merge the pair in canonical order, by the first ``proposers`` of the method, or all."""
     rng = stream(seed, Role.MERGE)
-    if canonical_order(target.prepared.grid) <= canonical_order(source.prepared.grid):
+    if CanonicalOrder(target.prepared.grid) <= CanonicalOrder(source.prepared.grid):
         return _answer_in_order(target, source, scale, settings, rng, proposers)
     return _answer_in_order(source, target, scale.inverse(), settings, rng, proposers).inverse()
 

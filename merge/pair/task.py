@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, total_ordering
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -118,9 +118,29 @@ def _with_process_cache(call: tuple[Callable[[Task, FeatureCache | None], Result
     return function(task, None)
 
 
-def canonical_order(grid: OccupancyGrid) -> tuple[tuple[int, int], bytes]:
-    """Return a sort key by content, so that no result depends on the order in which maps are given."""
-    return grid.frame.shape, grid.log_odds.tobytes()
+@total_ordering
+class CanonicalOrder:
+    """A sort key of a grid by its content, so that no result depends on the order in which maps are given.
+
+    It compares shapes, then the bytes of the cells, row by row.
+    """
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        self._shape, self._cells = grid.frame.shape, grid.log_odds
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CanonicalOrder) and self._shape == other._shape and self._pair(other) is None
+
+    def __lt__(self, other: CanonicalOrder) -> bool:
+        if self._shape != other._shape:
+            return self._shape < other._shape
+        rows = self._pair(other)
+        return rows is not None and rows[0] < rows[1]
+
+    def _pair(self, other: CanonicalOrder) -> tuple[bytes, bytes] | None:
+        """Return the first rows that differ in their bytes; None if none do."""
+        rows = ((a.tobytes(), b.tobytes()) for a, b in zip(self._cells, other._cells, strict=True))
+        return next((pair for pair in rows if pair[0] != pair[1]), None)
 
 
 def to_result(task: PairTask, answer: PairAnswer, features: tuple[MapFeatures, MapFeatures]) -> PairResult:

@@ -21,6 +21,21 @@ def test_a_map_fused_with_itself_keeps_shape_and_sign():
     np.testing.assert_array_equal(fused.log_odds, 2 * GRID.log_odds)
 
 
+@pytest.mark.parametrize("fusion", ["log_odds", "least_entropy", "max"])
+@pytest.mark.parametrize("rows", [1, 16, 37])
+def test_the_bands_of_rows_change_nothing(fusion, rows):
+    """A map of random walls, and the same a few cells off, so that walls are lost, kept and doubled across bands."""
+    rng = np.random.default_rng(3)
+    cells = np.where(rng.random((90, 80)) < 0.06, 100, np.where(rng.random((90, 80)) < 0.1, -1, 0))
+    grid = OccupancyGrid.from_occupancy(GridFrame(0.1, SE2(), cells.shape), cells)
+    maps = [(SELF, grid), (Similarity2(0.25, -0.1, 0.02), grid), (Similarity2(-0.3, 0.2, 0.5), grid)]
+    whole = fuse_and_compare(grid.frame, maps, fusion, FusionSettings(band_rows=1000))
+    banded = fuse_and_compare(grid.frame, maps, fusion, FusionSettings(band_rows=rows))
+    np.testing.assert_array_equal(banded.merged.log_odds, whole.merged.log_odds)
+    np.testing.assert_array_equal(banded.conflicts.log_odds, whole.conflicts.log_odds)
+    assert banded.doubled_walls == whole.doubled_walls > 0.0
+
+
 def test_two_adjacent_cells_by_hand():
     one = OccupancyGrid.from_occupancy(GridFrame(0.5, SE2(10.0, 20.0), (1, 1)), [[100]])
     shifted = Similarity2(-0.5, -1.0)  # one column to the left, two rows down

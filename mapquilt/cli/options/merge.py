@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Annotated
 
 import typer
 
-from mapping.numbers import parse_number
+from mapping.numbers import parse_angle, parse_number
 from mapquilt.cli.options.workers import chosen_workers
 from mapquilt.jobs.runner import Workers
 from merge.fusion import FUSIONS
@@ -63,16 +62,9 @@ def _parse_prior(text: str) -> Prior:
         raise ValueError(f"--prior {text}: must be NAME:X,Y,YAW or NAME:X,Y,YAW,SIGMA, with YAW such as 90deg")
     try:
         x, y = (parse_number(part) for part in parts[:2])
-        return Prior(name, x, y, _parse_angle(parts[2]), *(parse_number(part) for part in parts[3:]))
+        return Prior(name, x, y, parse_angle(parts[2]), *(parse_number(part) for part in parts[3:]))
     except ValueError as error:
         raise ValueError(f"--prior {text}: {error}") from None
-
-
-def _parse_angle(text: str) -> float:
-    """Parse an angle [rad], or one in degrees that ends with ``deg``."""
-    if text.endswith("deg"):
-        return math.remainder(math.radians(parse_number(text.removesuffix("deg"))), math.tau)
-    return parse_number(text)
 
 
 def pair_workers(maps: int, workers: int | None, scheduler: str | None) -> Workers:

@@ -256,7 +256,7 @@ def test_a_single_log_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pa
         (("run", "run", "--to", "tum"), "run: is not empty; choose a new folder"),
         (("run", "source.pgm", "--to", "map"), "run: a run has several maps"),
         (("run", "file", "--to", "tum"), "file: exists and is not a folder"),
-        (("run", "out", "--to", "tum", "--mode", "raw"), "--mode and --unknown are for maps, not for tum"),
+        (("run", "out", "--to", "tum", "--mode", "raw"), "--crop are for maps, not for tum"),
         (("run/mission", "out", "--to", "tum"), "run/mission: is not a run"),
         (("run/robot_0/log.npz", "out", "--to", "rosbag"), "log.npz: a robot's log can be converted to tum or carmen"),
         (("run/robot_0/log.npz", "out.pgm"), "log.npz: a robot's log can be converted to tum or carmen, not map"),
