@@ -11,7 +11,7 @@ import numpy as np
 
 from mapping.io.atomic import write_bytes_atomically
 from mapquilt.dataset.manifest import Manifest
-from mapquilt.dataset.spec import DatasetSpec
+from mapquilt.dataset.spec import LICENCE, DatasetSpec
 from mapquilt.viz.palette import INK, ROBOTS
 from mapquilt.viz.png import figure_png
 
@@ -29,7 +29,7 @@ TEMPLATE = """\
 
 A data set of simulated robot teams: occupancy grids, each mapped by one robot in a frame of its own, and the true
 transforms between them. mapquilt made it from `spec.json` with seed {{ spec.seed }}; the same specification gives the
-same bytes. Licence of the data: CC BY 4.0.
+same bytes. Licence of the data: {{ licence }}.
 
 {{ samples }} samples of {{ missions }} missions in {{ worlds }} different worlds; {{ maps }} maps, {{ pairs }} pairs of
 maps of different robots, {{ negatives }} pairs of maps of two worlds, which a merger must refuse{% if failures %};
@@ -49,9 +49,34 @@ A pair is identifiable if no other placement of the two true footprints fits nea
 not identifiable, a refusal is correct. Pairs of one mission depend on each other: bootstrap over missions, not over
 pairs. No world is in two splits: worlds are compared by their content.
 
+{% if plans %}
+| plan | licence | SHA-256 |
+|---|---|---|
+{% for plan in plans %}
+| `{{ plan.file }}`, from {{ plan.name }} | {{ plan.licence }} | `{{ plan.sha256[:16] }}` |
+{% endfor %}
+
+The licence of a plan is that of the data made from it too; each mission in `manifest.jsonl` names its own.
+
+{% endif %}
     import mapquilt
     for pair in mapquilt.load_dataset(".", split="test").pairs:
         target, source, truth = pair.target, pair.source, pair.target_from_source
+
+Without mapquilt, with numpy and Pillow alone:
+
+    import json, numpy as np
+    from PIL import Image
+    lines = [json.loads(line) for line in open("manifest.jsonl")]
+    for sample in (line for line in lines if line["kind"] == "sample"):
+        folder = "samples/" + sample["sample"]
+        for pair in sample["pairs"]:
+            target, source = (
+                np.flipud(Image.open(f"{folder}/{pair[end]}/map.pgm")) for end in ("target", "source")
+            )  # row 0 lowest; 0 occupied, 254 free, 205 unknown; resolution and origin are in map.yaml
+            true = pair["target_from_source"]  # metres of source to metres of target
+            c, s = true["scale"] * np.cos(true["yaw"]), true["scale"] * np.sin(true["yaw"])
+            matrix = np.array([[c, -s, true["x"]], [s, c, true["y"]], [0, 0, 1]])
 """
 
 
@@ -61,7 +86,7 @@ def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) 
 
     samples = manifest.samples
     write_bytes_atomically(out / FIGURE_FILE, figure_png(draw_figures(samples)))
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True)
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     text = environment.from_string(TEMPLATE).render(
         spec=spec,
         samples=len(samples),
@@ -71,6 +96,8 @@ def write_card(out: Path, spec: DatasetSpec, manifest: Manifest, failures: int) 
         pairs=sum(len(sample["pairs"]) for sample in samples),
         negatives=len(manifest.negatives),
         failures=failures,
+        licence=", ".join(sorted({mission.get("licence", LICENCE) for mission in manifest.missions})),
+        plans=manifest.plans,
         tables=_tables(samples),
     )
     write_bytes_atomically(out / CARD_FILE, text.encode())

@@ -64,8 +64,9 @@ def make_group(plan: MissionPlan) -> Group:
 
 def _simulate(plan: MissionPlan) -> Mission:
     spec = plan.missions
-    world = open_world(spec.world, plan.seed, spec.width, spec.height, spec.plan)[0]
-    return simulate(world, spec.settings(), plan.seed)[0]
+    world = plan.world or open_world(spec.world, plan.seed, spec.width, spec.height, spec.plan)[0]
+    clear_range = plan.samples[0].settings.mapping.clear_range
+    return simulate(world, spec.settings(), plan.seed, clear_range=clear_range)[0]
 
 
 def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
@@ -76,7 +77,8 @@ def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
         "kind": "mission",
         "mission": plan.name,
         "split": plan.split,
-        "world": plan.missions.world,
+        "world": plan.missions.place,
+        "licence": plan.missions.licence,
         "fingerprint": mission.world.fingerprint,
         "seed": plan.seed,
         "robots": plan.missions.robots,
@@ -107,7 +109,7 @@ def _make_sample(
         "sample": sample.name,
         "mission": plan.name,
         "split": plan.split,
-        "world": plan.missions.world,
+        "world": plan.missions.place,
         "seed": settings.seed,
         "settings": _settings_record(sample),
         "maps": _map_records(made, truth),

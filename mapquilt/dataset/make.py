@@ -11,9 +11,9 @@ from typing import Any
 
 from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapquilt.dataset.card import write_card
+from mapquilt.dataset.carried_plans import CarriedPlans
 from mapquilt.dataset.group import Group, Made, make_group
 from mapquilt.dataset.manifest import (
-    LICENCE,
     MANIFEST_FILE,
     MISSIONS_FOLDER,
     SAMPLES_FOLDER,
@@ -26,7 +26,8 @@ from mapquilt.dataset.manifest import (
     write_manifest,
 )
 from mapquilt.dataset.plan import DatasetPlan, MissionPlan, plan_dataset
-from mapquilt.dataset.spec import DatasetSpec
+from mapquilt.dataset.spec import LICENCE
+from mapquilt.jobs.code_version import code_version
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 
@@ -41,15 +42,20 @@ class Report:
     failures: int
 
 
-def make_dataset(spec: DatasetSpec, out: Path, runner: Runner, on_progress: Progress = no_progress) -> Report:
+def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: Progress = no_progress) -> Report:
     """Make a data set in a folder, or resume an unfinished one.
+
+    Its plans are copied into the folder first, as world files, so that samples can be made again anywhere.
 
     Each folder is written atomically, and a synced journal lists the finished missions; the manifest is written last.
     Raises ``ValueError`` if the folder holds anything else or another specification, or if another process works in
     it, and ``OSError`` if it cannot be written.
     """
-    plan = plan_dataset(spec)
-    with job_folder(out, "data set of mapquilt", SPEC_FILE, spec.model_dump_json(indent=2) + "\n"):
+    plan = plan_dataset(carried.spec, carried.worlds)
+    with job_folder(out, "data set of mapquilt", SPEC_FILE, carried.spec.model_dump_json(indent=2) + "\n"):
+        for path, data in carried.files.items():
+            (out / path).parent.mkdir(exist_ok=True)
+            write_bytes_atomically(out / path, data)
         if (out / MANIFEST_FILE).exists():
             manifest = read_manifest(out)
             return Report(len(manifest.samples), plan.samples - len(manifest.samples))
@@ -62,7 +68,7 @@ def make_dataset(spec: DatasetSpec, out: Path, runner: Runner, on_progress: Prog
             lambda entry: _is_whole(out, entry),
             lambda entries: on_progress(*_counts(entries)),
         )
-        return _finish(spec, plan, out, journal, entries)
+        return _finish(carried, plan, out, journal, entries)
 
 
 def _counts(entries: Sequence[Entry]) -> tuple[int, int]:
@@ -113,26 +119,27 @@ def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
 
 
 def _finish(
-    spec: DatasetSpec, plan: DatasetPlan, out: Path, journal: Journal[MissionPlan], entries: Sequence[Entry]
+    carried: CarriedPlans, plan: DatasetPlan, out: Path, journal: Journal[MissionPlan], entries: Sequence[Entry]
 ) -> Report:
     failures = [failure for entry in entries for failure in entry["failures"]]
     if failures:
         write_lines(out / FAILURES_FILE, failures)
-    manifest = build_manifest(spec, plan, [record for entry in entries for record in entry["records"]])
-    write_card(out, spec, manifest, len(failures))
+    manifest = build_manifest(carried, plan, [record for entry in entries for record in entry["records"]])
+    write_card(out, carried.spec, manifest, len(failures))
     write_manifest(out, manifest)
     journal.remove()
     return Report(plan.samples - len(failures), len(failures))
 
 
-def build_manifest(spec: DatasetSpec, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:
+def build_manifest(carried: CarriedPlans, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:
     """Build the manifest of a plan from the records of its finished groups, in order."""
     header = {
         "kind": "dataset",
         "schema": SCHEMA,
         "generator": f"mapquilt {version('mapquilt')}",
-        "name": spec.name,
-        "seed": spec.seed,
+        "code": code_version(),
+        "name": carried.spec.name,
+        "seed": carried.spec.seed,
         "licence": LICENCE,
     }
     missions, samples = (
@@ -149,4 +156,4 @@ def build_manifest(spec: DatasetSpec, plan: DatasetPlan, records: Sequence[Recor
         for pair in plan.negatives
         if pair.target[0] in made and pair.source[0] in made
     )
-    return Manifest(header, missions, samples, negatives)
+    return Manifest(header, missions, samples, negatives, carried.records)

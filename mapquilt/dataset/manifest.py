@@ -1,4 +1,5 @@
-"""manifest.jsonl: one line per mission, sample and negative pair, in order, with no times, hosts or absolute paths."""
+"""manifest.jsonl: one line per plan, mission, sample and negative pair, in order, with no times, hosts or absolute
+paths."""
 
 from __future__ import annotations
 
@@ -17,24 +18,26 @@ SPEC_FILE = "spec.json"
 MISSIONS_FOLDER = "missions"
 SAMPLES_FOLDER = "samples"
 SCHEMA = "mapquilt-manifest/2"
-LICENCE = "CC-BY-4.0"
 
 Record = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """Hold the header of a data set and the records of its missions, samples, and negative pairs of two worlds."""
+    """Hold the header of a data set and the records of its missions, samples, negative pairs of two worlds, and plans
+    that it carries."""
 
     header: Record
     missions: tuple[Record, ...]
     samples: tuple[Record, ...]
     negatives: tuple[Record, ...]
+    plans: tuple[Record, ...] = ()
 
 
 def write_manifest(out: Path, manifest: Manifest) -> None:
     """Write the manifest, one record per line."""
-    write_lines(out / MANIFEST_FILE, [manifest.header, *manifest.missions, *manifest.samples, *manifest.negatives])
+    records = (manifest.header, *manifest.plans, *manifest.missions, *manifest.samples, *manifest.negatives)
+    write_lines(out / MANIFEST_FILE, records)
 
 
 def write_lines(path: Path, records: Iterable[Record]) -> None:
@@ -61,8 +64,8 @@ def read_manifest(folder: Path) -> Manifest:
         records = [present_record(record, records[0].get("schema")) for record in records]
     if not records or records[0].get("schema") != SCHEMA:
         raise ValueError(f"{path}: is not a manifest of schema {SCHEMA}")
-    missions, samples, negatives = (
+    missions, samples, negatives, plans = (
         tuple(record for record in records if record.get("kind") == kind)
-        for kind in ("mission", "sample", "other_worlds")
+        for kind in ("mission", "sample", "other_worlds", "plan")
     )
-    return Manifest(records[0], missions, samples, negatives)
+    return Manifest(records[0], missions, samples, negatives, plans)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -15,8 +16,9 @@ from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
 from mapquilt.leaves import with_assignments
 from mapquilt.runs.open_world import is_world_file, read_world
 from mapquilt.runs.true_footprints import map_names
-from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings
+from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings, max_yaw_of
 from sim.sensors.settings import SensingSettings
+from worlds.world import World
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class SamplePlan:
 @dataclass(frozen=True)
 class MissionPlan:
     """Plan one mission: its world, the split of that world, and the samples made from it. Missions of one
-    ``fingerprint`` are in the same world."""
+    ``fingerprint`` are in the same world. ``world`` is that of a plan, None for a family's."""
 
     index: int
     missions: MissionsSpec
@@ -42,6 +44,7 @@ class MissionPlan:
     fingerprint: str
     split: str
     samples: tuple[SamplePlan, ...]
+    world: World | None = None
 
     @property
     def name(self) -> str:
@@ -67,8 +70,10 @@ class DatasetPlan:
         return sum(len(mission.samples) for mission in self.missions)
 
 
-def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
-    """Plan a data set. Each seed is a function of the root seed and the item's number.
+def plan_dataset(spec: DatasetSpec, worlds: Mapping[str, World] = MappingProxyType({})) -> DatasetPlan:
+    """Plan a data set; ``worlds`` are those of the plans that it carries, by the path in the specification.
+
+    Each seed is a function of the root seed and the item's number, unless the specification lists seeds.
 
     Worlds are compared by their content, because a floor plan and some families give the same world at every seed: all
     missions in a world belong to one split. Raises ``ValueError`` naming a world that cannot be opened.
@@ -78,11 +83,12 @@ def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
     split_of: dict[str, str] = {}
     for family in spec.missions:
         first = len(missions)
-        seeds = [derived_seed(spec.seed, Role.DATASET_WORLD, first + number) for number in range(family.count)]
-        worlds = _fingerprints(family, seeds)
-        new = [each for each in dict.fromkeys(worlds) if each not in split_of]
+        seeds = _seeds(spec.seed, family, first)
+        place = worlds.get(family.world)
+        contents = _fingerprints(family, seeds) if place is None else [place.fingerprint] * family.count
+        new = [each for each in dict.fromkeys(contents) if each not in split_of]
         split_of.update(zip(new, _splits(spec, len(new)), strict=True))
-        for seed, world in zip(seeds, worlds, strict=True):
+        for number, (seed, world) in enumerate(zip(seeds, contents, strict=True)):
             index = len(missions)
             samples = tuple(
                 SamplePlan(
@@ -90,8 +96,16 @@ def plan_dataset(spec: DatasetSpec) -> DatasetPlan:
                 )
                 for k in range(index * spec.samples.per_mission, (index + 1) * spec.samples.per_mission)
             )
-            missions.append(MissionPlan(index, family, seed, world, split_of[world], samples))
+            mission = family.of_mission(number)
+            missions.append(MissionPlan(index, mission, seed, world, split_of[world], samples, place))
     return DatasetPlan(tuple(missions), _negatives(spec, missions))
+
+
+def _seeds(root: int, family: MissionsSpec, first: int) -> list[int]:
+    """Return the seeds of a group's missions: those listed, or derived from the root and the number of the mission."""
+    if family.seeds is not None:
+        return [family.seeds[0] + number for number in range(family.count)]
+    return [derived_seed(root, Role.DATASET_WORLD, first + number) for number in range(family.count)]
 
 
 def _fingerprints(family: MissionsSpec, seeds: Sequence[int]) -> list[str]:
@@ -110,16 +124,23 @@ def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
         with_assignments(
             ExperimentConfig(
                 sensing=SensingSettings(noise),
-                mapping=MappingSettings(poses, resolution, model),
-                perturbation=FramePerturbationRanges(*scale),
+                mapping=MappingSettings(poses, resolution, model, samples.clear_range),
+                perturbation=FramePerturbationRanges(*scale, max_yaw_of(rotation), offset),
                 parts=parts,
             ),
             "set",
             assignments,
             COMBINED,
         )
-        for noise, poses, scale, parts, resolution, model in itertools.product(
-            samples.noise, samples.poses, samples.scale, samples.parts, samples.resolution, samples.sensor_model
+        for noise, poses, scale, parts, resolution, model, rotation, offset in itertools.product(
+            samples.noise,
+            samples.poses,
+            samples.scale,
+            samples.parts,
+            samples.resolution,
+            samples.sensor_model,
+            samples.max_rotation,
+            samples.max_offset,
         )
         for assignments in itertools.product(*changes)
     ]

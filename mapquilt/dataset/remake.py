@@ -7,6 +7,7 @@ import hashlib
 from pathlib import Path
 
 from mapping.io.atomic import atomic_folder, write_bytes_atomically
+from mapquilt.dataset.carried_plans import carry_plans
 from mapquilt.dataset.group import Made, make_group
 from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, SPEC_FILE, read_manifest
 from mapquilt.dataset.plan import MissionPlan, plan_dataset
@@ -36,7 +37,8 @@ def remake_sample(folder: Path, name: str, out: Path) -> list[str]:
 
 
 def _plan_of(folder: Path, name: str) -> MissionPlan:
-    plan = plan_dataset(load_spec(str(folder / SPEC_FILE)))
+    carried = carry_plans(load_spec(str(folder / SPEC_FILE)), folder)
+    plan = plan_dataset(carried.spec, carried.worlds)
     mission = next(mission for mission in plan.missions if any(sample.name == name for sample in mission.samples))
     return dataclasses.replace(mission, samples=tuple(sample for sample in mission.samples if sample.name == name))
 

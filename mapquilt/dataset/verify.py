@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
+from mapquilt.dataset.carried_plans import PLANS_FOLDER
 from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, Manifest, Record, read_manifest
 from mapquilt.json_file import read_record
 from mapquilt.merging.merge_folder import is_answer
@@ -29,7 +30,7 @@ def verify_dataset(folder: Path, on_progress: Callable[[int, int], None] = lambd
         )
         for record in records
         for path, digest in record["files"].items()
-    }
+    } | {record["file"]: record["sha256"] for record in manifest.plans}
     problems = []
     for done, (path, digest) in enumerate(expected.items(), start=1):
         problem = _problem(folder / path, digest)
@@ -73,7 +74,7 @@ def _problem(path: Path, digest: str) -> str | None:
 
 
 def _found(folder: Path) -> list[str]:
-    places = (folder / MISSIONS_FOLDER, folder / SAMPLES_FOLDER)
+    places = (folder / MISSIONS_FOLDER, folder / SAMPLES_FOLDER, folder / PLANS_FOLDER)
     paths = (path for place in places for path in place.rglob("*") if path.is_file())
     return sorted(path.relative_to(folder).as_posix() for path in paths if not _is_answer(folder, path))
 

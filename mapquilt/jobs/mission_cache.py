@@ -17,6 +17,7 @@ from filelock import FileLock
 
 from mapping.io.atomic import atomic_folder, write_bytes_atomically
 from mapping.io.safe_load import read_json
+from mapquilt.jobs.code_version import code_digest
 from mapquilt.json_file import to_text
 from sim.mission.file import load_mission, save_mission
 from sim.mission.mission import Mission
@@ -87,14 +88,6 @@ def _code() -> str:
     digest = hashlib.sha256(version("pybullet").encode())
     for room in ROOMS:
         digest.update(code_digest(Path(str(resources.files(room)))).encode())
-    return digest.hexdigest()
-
-
-def code_digest(folder: Path) -> str:
-    """Hash the names and contents of all Python files below a folder."""
-    digest = hashlib.sha256()
-    for file in sorted(folder.rglob("*.py")):
-        digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 
 

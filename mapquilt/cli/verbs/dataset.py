@@ -11,17 +11,21 @@ from mapping.io.atomic import write_bytes_atomically
 from mapquilt.cli.application import new_app
 from mapquilt.cli.exit_status import Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
-from mapquilt.cli.tables import print_table
+from mapquilt.cli.tables import print_table, warn
 from mapquilt.dataset.card import draw_figures
+from mapquilt.dataset.carried_plans import carry_plans
+from mapquilt.dataset.estimate import Estimate, estimate
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import FAILURES_FILE, make_dataset
 from mapquilt.dataset.manifest import read_manifest
+from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
-from mapquilt.dataset.spec import READY, load_spec, ready_spec
+from mapquilt.dataset.spec import READY, SECTIONS, key_rows, load_spec, ready_spec
 from mapquilt.dataset.verify import verify_dataset
 from mapquilt.jobs.progress import count_progress, dataset_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.viz.png import figure_png
+from mapquilt.viz.text_table import plain_table
 
 app = new_app(
     help="Make, check and list data sets: many samples from one specification.\n\n"
@@ -55,6 +59,9 @@ def make(
     out: Annotated[Path, typer.Option(help="Folder of the data set; an unfinished one continues.")],
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the specification, and say what it makes and costs; write nothing.")
+    ] = False,
 ) -> int:
     """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
@@ -62,13 +69,19 @@ def make(
 
     Example: mapquilt dataset make smoke --out data
     """
-    wanted = load_spec(spec)
+    wanted, base = load_spec(spec), Path() if spec in READY else Path(spec).parent
+    carried = carry_plans(wanted, base)
+    warn(carried.notes)
+    chosen = chosen_workers(workers, scheduler)
+    if dry_run:
+        _print_estimate(spec, estimate(plan_dataset(carried.spec, carried.worlds)), chosen.processes)
+        return 0
     with (
-        Runner(chosen_workers(workers, scheduler)) as runner,
+        Runner(chosen) as runner,
         dataset_progress(wanted.total) as on_progress,
     ):
         try:
-            report = make_dataset(wanted, out, runner, on_progress)
+            report = make_dataset(carried, out, runner, on_progress)
         except (KeyboardInterrupt, Termination):
             typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
@@ -76,6 +89,32 @@ def make(
         print_table(f"{out}: {report.samples} samples; {report.failures} failed, see {out / FAILURES_FILE}")
         return 1
     print_table(f"{out}: {report.samples} samples")
+    return 0
+
+
+def _print_estimate(spec: str, found: Estimate, workers: int) -> None:
+    time = f"{found.hours / workers:.2g} h"
+    if found.most_hours > found.hours:
+        time += f", at most {found.most_hours / workers:.2g} h if all must be simulated again to reach their overlap,"
+    print_table(
+        f"{spec}: {found.missions} missions, {found.samples} samples, {found.maps} maps, {found.pairs} pairs, "
+        f"{found.negatives} pairs of two worlds"
+    )
+    print_table(f"about {time} on {workers} cores, and {found.gigabytes:.2g} GB")
+
+
+@app.command("keys")
+def keys() -> int:
+    """List the keys of a specification with their units, defaults and examples.
+
+    Example: mapquilt dataset keys
+    """
+    for section in SECTIONS:
+        table = plain_table(("key", False), ("meaning", False), ("default", False), ("example", False))
+        for name, about, unit, default, example in key_rows(section):
+            table.add_row(name, f"{about} [{unit}]" if unit else about, default, example)
+        table.title = f"in {section}" if section else "specification"
+        print_table(table)
     return 0
 
 

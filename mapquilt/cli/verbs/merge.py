@@ -24,10 +24,11 @@ from mapquilt.cli.options.merge import (
     pair_workers,
     parse_priors,
 )
-from mapquilt.cli.options.workers import SchedulerOption
+from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import doubled_walls, merge_table, print_table, warn
+from mapquilt.dataset.answers import is_dataset, merge_samples
 from mapquilt.jobs.progress import count_progress, pair_progress
-from mapquilt.jobs.runner import remote_runner
+from mapquilt.jobs.runner import Runner, Workers, remote_runner
 from mapquilt.leaves import with_assignments
 from mapquilt.logs.log_files import is_bag
 from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
@@ -50,8 +51,8 @@ def merge(
     maps: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RUN | MAP...",
-            help="A run folder, or maps: map_server YAML, PGM or PNG, or logs of robots to map first.",
+            metavar="RUN | DATASET | MAP...",
+            help="A run folder, a data set, or maps: map_server YAML, PGM or PNG, or logs of robots to map first.",
         ),
     ],
     method: Annotated[
@@ -138,6 +139,12 @@ def merge(
     settings, grey = chosen.over(MergeSettings()), unknown_grey(unknown)
     if dry_run:
         return ALL_MERGED
+    if len(maps) == 1 and is_dataset(maps[0]):
+        if add or out or debug or unknown or chosen.priors or as_json:
+            raise ValueError(
+                f"{maps[0]}: is a data set, to which --add, --out, --debug, --unknown, --prior and --json do not apply"
+            )
+        return _merge_dataset(maps[0], settings, seed or 0, chosen_workers(workers, scheduler))
     before: dict[str, Any] | None = None
     answers: dict[tuple[str, str], PairResult] = {}
     if add:
@@ -194,6 +201,18 @@ def merge(
         )
         return SOME_REFUSED
     return SOME_REFUSED if result.left_out else ALL_MERGED
+
+
+def _merge_dataset(folder: Path, settings: MergeSettings, seed: int, workers: Workers) -> int:
+    """Merge each sample of a data set in place, and print how many maps were refused."""
+    with Runner(workers) as runner, count_progress("samples") as on_progress:
+        left_out = merge_samples(folder, settings, seed, runner, on_progress)
+    refused = {name: names for name, names in left_out.items() if names}
+    print_table(
+        f"{folder}: {len(left_out)} samples merged in place, {len(refused)} of them without "
+        f"{sum(map(len, refused.values()))} refused maps; mapquilt score {folder} compares them with the truth"
+    )
+    return SOME_REFUSED if refused else ALL_MERGED
 
 
 @dataclass(frozen=True)

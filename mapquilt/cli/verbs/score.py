@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
 from rich.table import Table
 
 from mapquilt.cli.exit_status import ALL_MERGED
-from mapquilt.cli.options.files import RunFolder
+from mapquilt.cli.options.workers import WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
+from mapquilt.dataset.answers import is_dataset, outcome_table, score_samples
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.formatting import error_texts, number_text
+from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.runner import Runner
 from mapquilt.runs import folder as run_folder
 from mapquilt.scoring.run_score import RunScore
 from mapquilt.scoring.score_file import score_run
 from mapquilt.viz.text_table import plain_table
 
 
-def score(run: RunFolder) -> int:
-    """Compare a run's merge with the truth; write score.json and overview.png.
+def score(
+    run: Annotated[Path, typer.Argument(metavar="RUN | DATASET", help="Run folder, or data set, that is merged.")],
+    workers: WorkersOption = None,
+) -> int:
+    """Compare a run's merge with the truth; write score.json and overview.png. In a data set, do so for each sample.
 
     Example: mapquilt score runs/office
     """
+    if is_dataset(run):
+        with Runner(chosen_workers(workers, None)) as runner, count_progress("samples") as on_progress:
+            scores = score_samples(run, runner, on_progress)
+        table = outcome_table(scores)
+        table.caption = f"{run}: {len(scores)} samples scored in place; mapquilt report {run} shows them"
+        print_table(table)
+        return ALL_MERGED
     print_table(score_table(score_run(run_folder.require_run(run))))
     return ALL_MERGED
 

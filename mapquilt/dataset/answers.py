@@ -1,0 +1,100 @@
+"""Merge and score every sample of a data set in place."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.table import Table
+
+from mapquilt.dataset.card import OVERLAP_BOUNDS, overlap_stratum
+from mapquilt.dataset.loader import load_dataset
+from mapquilt.dataset.manifest import MANIFEST_FILE
+from mapquilt.evaluation.aggregation import outcome_counts
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.jobs.runner import Progress, Runner, no_progress
+from mapquilt.merging.merge_folder import merge_run
+from mapquilt.runs.folder import MERGE_FILE
+from mapquilt.scoring.score_file import score_run
+from mapquilt.viz.text_table import plain_table
+from merge.settings import MergeSettings
+
+
+@dataclass(frozen=True)
+class MergeTask:
+    """Name a sample's folder and how it is merged."""
+
+    folder: Path
+    settings: MergeSettings
+    seed: int
+
+
+def is_dataset(folder: Path) -> bool:
+    """Check if a folder is a finished data set."""
+    return (folder / MANIFEST_FILE).is_file()
+
+
+def merge_samples(
+    folder: Path, settings: MergeSettings, seed: int, runner: Runner, on_progress: Progress = no_progress
+) -> dict[str, tuple[str, ...]]:
+    """Merge the maps of each sample in its own folder, and return the maps that were left out, by sample.
+
+    An older merge is replaced. Workers of a cluster must see the folder. Raises the first error of a sample.
+    """
+    samples = load_dataset(folder).samples
+    tasks = [MergeTask(sample.folder.resolve(), settings, seed) for sample in samples]
+    left_out = runner.run(merge_sample, tasks, on_progress)
+    return {sample.name: names for sample, names in zip(samples, left_out, strict=True)}
+
+
+def merge_sample(task: MergeTask) -> tuple[str, ...]:
+    """Merge one sample in place, and return the maps that were left out."""
+    result, _ = merge_run(task.folder, task.settings, task.seed)
+    return tuple(result.left_out)
+
+
+def score_samples(
+    folder: Path, runner: Runner, on_progress: Progress = no_progress
+) -> list[tuple[str, tuple[EvaluatedPair, ...]]]:
+    """Score each sample that is merged, write its score, and return its split and its pairs of different robots.
+
+    Raises ``ValueError`` if no sample is merged.
+    """
+    samples = [sample for sample in load_dataset(folder).samples if (sample.folder / MERGE_FILE).is_file()]
+    if not samples:
+        raise ValueError(f"{folder}: no sample is merged; run mapquilt merge {folder}")
+    scores = runner.run(score_sample, [sample.folder for sample in samples], on_progress)
+    asked = [{(pair["target"], pair["source"]) for pair in sample.record["pairs"]} for sample in samples]
+    return [
+        (sample.split, tuple(one for one in pairs if _is_asked(one, names)))
+        for sample, pairs, names in zip(samples, scores, asked, strict=True)
+    ]
+
+
+def score_sample(folder: Path) -> tuple[EvaluatedPair, ...]:
+    """Score one sample in place, and return its pairs."""
+    return score_run(folder).pairs
+
+
+def _is_asked(one: EvaluatedPair, names: set[tuple[str, str]]) -> bool:
+    return (one.pair.target, one.pair.source) in names or (one.pair.source, one.pair.target) in names
+
+
+def outcome_table(scores: list[tuple[str, tuple[EvaluatedPair, ...]]]) -> Table:
+    """Count the outcomes of the pairs by split and by true overlap."""
+    names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
+    table = plain_table(("pairs", False), ("n", True), *((name.replace("_", " "), True) for name in names))
+    groups: dict[str, list[EvaluatedPair]] = {}
+    for split, pairs in sorted(scores, key=lambda one: one[0]):
+        groups.setdefault(f"split {split}", []).extend(pairs)
+    every = [one for _, pairs in scores for one in pairs]
+    strata = [overlap_stratum(bound) for bound in OVERLAP_BOUNDS[1:]]
+    groups |= {
+        f"overlap {stratum}": [one for one in every if overlap_stratum(one.truth.overlap or 0.0) == stratum]
+        for stratum in strata
+    }
+    for title, found in {**groups, "all": every}.items():
+        counts = Counter(outcome_counts(found))
+        table.add_row(title, str(len(found)), *(str(counts[name]) for name in names))
+    return table

@@ -1,0 +1,135 @@
+"""Keys of a specification: each is documented, its example is valid, and it reaches the plan."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from mapquilt.dataset.estimate import estimate
+from mapquilt.dataset.plan import DatasetPlan, plan_dataset
+from mapquilt.dataset.spec import SECTIONS, DatasetSpec, key_rows, load_spec
+from mapquilt.leaves import leaf_names
+from mapquilt.settings import ExperimentConfig
+from tests.conftest import command
+from tests.mapquilt.cli.test_app import refused
+
+PAGE = (Path(__file__).parents[3] / "docs/datasets.md").read_text(encoding="utf-8")
+
+
+def planned(missions: dict[str, Any] | None = None, samples: dict[str, Any] | None = None, **spec: Any) -> DatasetPlan:
+    group = {"world": "maze", "count": 2, **(missions or {})}
+    record = {"name": "tiny", "missions": [group], "samples": samples or {}, **spec}
+    return plan_dataset(DatasetSpec.model_validate(record))
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_the_page_lists_every_key_as_the_schema_states_it(section: str) -> None:
+    for name, about, unit, default, example in key_rows(section):
+        assert f"| `{name}` | {about} | {unit or '-'} | {default} | `{example}` |" in PAGE
+    title = f"### `{section}`" if section else "### Top level"
+    table = PAGE.partition(title)[2].partition("\n#")[0]
+    assert re.findall(r"^\| `(\w+)`", table, re.MULTILINE) == [row[0] for row in key_rows(section)]
+
+
+@pytest.mark.parametrize(
+    ("section", "key"), [(section, name) for section, model in SECTIONS.items() for name in model.model_fields]
+)
+def test_the_example_of_every_key_is_valid(section: str, key: str) -> None:
+    field = SECTIONS[section].model_fields[key]
+    assert field.description
+    (example,) = field.examples or ()
+    record: dict[str, Any] = {"name": "tiny", "missions": [{"world": "office", "count": 2}], "samples": {}}
+    place = record if not section else record["samples"] if section == "samples" else record["missions"][0]
+    place[key] = example
+    DatasetSpec.model_validate(yaml.safe_load(yaml.safe_dump(record)))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("missions:\n  - {world: office, count: 1, robot: 2}", "missions.0.robot: is no key; did you mean robots?"),
+        ("missions:\n  - {world: office, count: 1, lidr: x}", "missions.0.lidr: is no key; did you mean lidar?"),
+        ("missions:\n  - {world: office, count: 1, poses: [slam]}", "did you mean samples.poses?"),
+        ("missions:\n  - {world: office, count: 1}\nsample: {}", "sample: is no key; did you mean samples?"),
+        ("missions:\n  - {world: office, count: 1}\nsamples: {clear_rnge: 1}", "did you mean clear_range?"),
+        ("missions:\n  - {world: office, count: 1}\nsamples: {xyz: 1}", "known are per_mission, noise, poses"),
+    ],
+)
+def test_an_unknown_key_is_refused_with_the_nearest_known(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: str, message: str
+) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(f"name: tiny\n{change}\n", encoding="utf-8")
+    line = refused(capsys, "dataset", "make", path, "--out", tmp_path / "data")
+    assert "bad.yaml" in line
+    assert message in line
+
+
+def test_keys_of_missions_reach_their_settings() -> None:
+    keys = {"starts": "spread", "drive": "wheels", "policy": "patrol", "rate": 5, "robots": 2, "duration": 7}
+    (first, _) = planned(keys).missions
+    settings = first.missions.settings()
+    assert (settings.starts, settings.drive, settings.policy, settings.duration) == ("spread", "wheels", "patrol", 7.0)
+    assert [robot.lidar.rate for robot in settings.robots] == [5.0, 5.0]
+
+
+def test_listed_seeds_are_taken_in_turn() -> None:
+    assert [mission.seed for mission in planned({"seeds": [40, 42]}).missions] == [40, 41]
+    with pytest.raises(ValueError, match="seeds are 40 to 40, fewer than count, 2"):
+        planned({"seeds": [40, 40]})
+
+
+def test_missions_take_the_strata_of_overlap_in_turn() -> None:
+    strata = [(0.0, 0.1), (0.3, 0.6)]
+    plan = planned({"count": 5, "overlap_strata": strata})
+    assert [mission.missions.settings().overlap for mission in plan.missions] == [*strata, *strata, strata[0]]
+    with pytest.raises(ValueError, match="overlap and overlap_strata are both given"):
+        planned({"overlap": [0, 1], "overlap_strata": strata})
+    with pytest.raises(ValueError, match=r"overlap is 0\.6:0\.3"):
+        planned({"overlap_strata": [[0.6, 0.3]]})
+
+
+def test_keys_of_samples_reach_their_settings_in_every_combination() -> None:
+    keys = {"per_mission": 4, "max_rotation": [180, 10], "max_offset": [0, 5], "clear_range": 8}
+    samples = [sample.settings for sample in planned(samples=keys).missions[0].samples]
+    drawn = {(round(math.degrees(one.perturbation.max_yaw)), one.perturbation.max_offset) for one in samples}
+    assert drawn == {(180, 0.0), (180, 5.0), (10, 0.0), (10, 5.0)}
+    assert {one.mapping.clear_range for one in samples} == {8.0}
+
+
+def test_every_noise_component_is_a_key_of_set() -> None:
+    names = [name for name in leaf_names(ExperimentConfig()) if name.startswith(("sensing.lidar", "sensing.odometry"))]
+    assert len(names) > 10
+    for name in names:
+        (sample, *_) = planned(samples={"set": {name: [0.25]}}).missions[0].samples
+        assert dict(sample.settings.sensing.components) == {name.removeprefix("sensing."): 0.25}
+
+
+def test_the_clear_range_is_one_for_all_samples() -> None:
+    for name in ("mapping.clear_range", "clear_range"):
+        with pytest.raises(ValueError, match="use the key clear_range"):
+            planned(samples={"set": {name: [0, 12]}})
+
+
+def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "data"
+    assert command("dataset", "make", "smoke", "--out", out, "--dry-run", "--workers", 1) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "4 missions, 8 samples, 16 maps, 8 pairs, 3 pairs of two worlds" in printed
+    assert re.search(r"about [\d.]+ h on 1 cores, and [\d.]+ GB", printed)
+    assert not out.exists()
+
+
+def test_the_estimate_counts_what_the_plan_holds_and_grows_with_it() -> None:
+    one, two = (estimate(plan_dataset(load_spec(name))) for name in ("smoke", "standard"))
+    assert (two.missions, two.samples) == (55, 275)
+    assert two.hours > 20 * one.hours
+    assert two.gigabytes > 20 * one.gigabytes
+    cut = estimate(planned({"overlap": [0.3, 0.5]}))
+    assert cut.most_hours > cut.hours
+    assert one.most_hours == one.hours
