@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import os
 import shutil
+import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +15,32 @@ import numba
 
 
 def ensure_compile_cache() -> None:
-    """Give numba a temporary cache folder if it can write to none of its usual ones.
+    """Let numba cache in the user's cache folder, unless ``NUMBA_CACHE_DIR`` names another one.
 
-    Otherwise numba refuses to define a cached function. The folder is deleted at the end of the process.
-    Raises ``FileNotFoundError`` if not even a temporary folder can be made.
+    By default it caches beside the sources, where uninstalling leaves its files, and the folders that hold them can be
+    imported. If the folder cannot be written, a temporary one is used, and deleted at the end of the process; without
+    any, numba refuses to define a cached function. Raises ``FileNotFoundError`` if not even that can be made.
     """
     try:
+        if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
+            folder = user_cache_folder(sys.platform, os.environ, Path.home())
+            numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
         numba.njit(cache=True)(_probe)
-    except RuntimeError:
-        folder = tempfile.mkdtemp(prefix="mapquilt-")
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
+    except (RuntimeError, OSError):
+        temporary = tempfile.mkdtemp(prefix="mapquilt-")
+        atexit.register(shutil.rmtree, temporary, ignore_errors=True)
+        numba.config.CACHE_DIR = temporary  # type: ignore[attr-defined]
+
+
+def user_cache_folder(platform: str, environment: Mapping[str, str], home: Path) -> Path:
+    """Return the folder for compiled functions by the custom of the platform."""
+    if platform == "win32":
+        base = Path(environment.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    elif platform == "darwin":
+        base = home / "Library" / "Caches"
+    else:
+        base = Path(environment.get("XDG_CACHE_HOME") or home / ".cache")
+    return base / "mapquilt" / "numba"
 
 
 def is_compiled(function: Any) -> bool:

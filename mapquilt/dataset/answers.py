@@ -10,7 +10,6 @@ from rich.table import Table
 
 from mapquilt.dataset.card import OVERLAP_BOUNDS, overlap_stratum
 from mapquilt.dataset.loader import load_dataset
-from mapquilt.dataset.manifest import MANIFEST_FILE
 from mapquilt.evaluation.aggregation import outcome_counts
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.jobs.runner import Progress, Runner, no_progress
@@ -28,11 +27,6 @@ class MergeTask:
     folder: Path
     settings: MergeSettings
     seed: int
-
-
-def is_dataset(folder: Path) -> bool:
-    """Check if a folder is a finished data set."""
-    return (folder / MANIFEST_FILE).is_file()
 
 
 def merge_samples(

@@ -34,6 +34,11 @@ class Manifest:
     plans: tuple[Record, ...] = ()
 
 
+def is_dataset(folder: Path) -> bool:
+    """Check if a folder is a finished data set."""
+    return (folder / MANIFEST_FILE).is_file()
+
+
 def write_manifest(out: Path, manifest: Manifest) -> None:
     """Write the manifest, one record per line."""
     records = (manifest.header, *manifest.plans, *manifest.missions, *manifest.samples, *manifest.negatives)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -13,13 +14,18 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait as wait_for
 from threading import Thread
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
+
+from mapquilt.jobs.code_version import code_version
 
 MAX_TRIES = 3
 """Number of times a task is tried when its worker dies."""
 
-TASKS_PER_WORKER = 2
-"""Tasks handed out per worker: no worker waits, and memory stays bounded."""
+TASKS_PER_PROCESS = 2
+"""Tasks handed out per local process: none waits, and memory stays bounded."""
+
+WORKERS_TIMEOUT = 10.0
+"""Longest wait for a scheduler to answer and to have a worker [s]."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -29,6 +35,16 @@ Progress = Callable[[int, int], None]
 
 def no_progress(done: int, total: int) -> None:
     """Ignore progress."""
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Hold an executor and the number of tasks that it is given at a time, which may change; ``scheduler`` is the
+    address of its cluster, None on this machine."""
+
+    executor: Executor
+    capacity: Callable[[], int]
+    scheduler: str | None = None
 
 
 @dataclass(frozen=True)
@@ -55,14 +71,11 @@ class Workers:
         """True if tasks run in this process."""
         return self.processes == 1 and self.scheduler is None
 
-    def start(self) -> tuple[Executor, int]:
-        """Start the executor, and return it with its number of workers.
-
-        Raises ``ImportError`` if Dask is missing and ``OSError`` if its scheduler does not answer.
-        """
+    def start(self) -> Pool:
+        """Start the executor. Raises as ``dask_cluster`` if there is a scheduler."""
         if self.scheduler is not None:
             return dask_cluster(self.scheduler)
-        return process_pool(self.processes, self.preload), self.processes
+        return Pool(process_pool(self.processes, self.preload), lambda: TASKS_PER_PROCESS * self.processes)
 
 
 def process_pool(workers: int, preload: Sequence[str] = ()) -> Executor:
@@ -86,19 +99,60 @@ def _die_with_parent() -> None:
         os._exit(1)
 
 
-def dask_cluster(address: str) -> tuple[Executor, int]:
-    """Connect to a Dask scheduler, and count the threads of its workers.
+def dask_cluster(address: str) -> Pool:
+    """Connect to a Dask scheduler. As many tasks are handed out as its workers have threads at the time.
 
-    Raises ``ImportError`` if Dask is missing, ``OSError`` if nobody answers.
+    Raises ``ImportError`` if Dask is missing, and ``OSError`` with the address if nobody answers, there is no worker,
+    or a worker has another version of mapquilt.
     """
     try:
         from distributed import Client
     except ImportError:
         raise ImportError("--scheduler needs Dask: pip install 'mapquilt[cluster]'") from None
-    client = Client(address, timeout="10s")  # type: ignore[no-untyped-call]
+    for name in ("distributed", "distributed.client"):  # each fault is told once, by the errors raised here
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        client = Client(address, timeout=WORKERS_TIMEOUT)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise OSError(f"--scheduler {address}: no Dask scheduler answers there ({reason})") from None
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
+        _check_versions(address, client)
+    except TimeoutError:
+        client.close()  # type: ignore[no-untyped-call]
+        raise OSError(f"--scheduler {address}: has no worker; start some: dask worker {address}") from None
     # pure=False: otherwise Dask takes equal calls for one and returns the first one's result.
     executor: Executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]
-    return executor, max(1, sum(client.nthreads().values()))  # type: ignore[no-untyped-call]
+
+    def threads() -> int:
+        try:
+            return max(1, sum(client.nthreads().values()))  # type: ignore[no-untyped-call]
+        except OSError:
+            raise _gone(address) from None
+
+    return Pool(executor, threads, address)
+
+
+def _gone(address: str | None) -> OSError:
+    return OSError(f"--scheduler {address}: is gone, with the tasks that it held")
+
+
+def _check_versions(address: str, client: Any) -> None:
+    """Raise ``OSError`` naming the first worker whose code is not that of this process; dead ones do not count."""
+    own = code_version()
+    try:
+        answers: dict[str, Any] = client.run(code_version, on_error="return")
+    except OSError:
+        raise _gone(address) from None
+    for worker, found in sorted(answers.items()):
+        if isinstance(found, Exception) and not isinstance(found, OSError):
+            found = f"none that can be used ({found})"
+        if isinstance(found, str) and found != own:
+            raise OSError(
+                f"--scheduler {address}: the code of worker {worker} is {found}, but that of this machine {own}; "
+                "install the same"
+            )
 
 
 @contextmanager
@@ -114,16 +168,15 @@ def remote_runner(workers: Workers) -> Iterator[Runner | None]:
 class Runner:
     """Run tasks on workers that start with the first task and stop at the end of the ``with`` block.
 
-    ``start`` returns an executor and its number of workers; without it and with one local process, tasks run in this
-    process. A worker that dies breaks a process pool for good: the pool is started anew and the unfinished tasks are
+    ``start`` returns the pool to use; without it and with one local process, tasks run in this process. A worker that
+    dies breaks a process pool for good: the pool is started anew and the unfinished tasks are
     handed out again, at most ``MAX_TRIES`` times.
     """
 
-    def __init__(self, workers: Workers | None = None, start: Callable[[], tuple[Executor, int]] | None = None) -> None:
+    def __init__(self, workers: Workers | None = None, start: Callable[[], Pool] | None = None) -> None:
         workers = workers or Workers()
         self._start = start or (None if workers.local else workers.start)
-        self._executor: Executor | None = None
-        self._workers = 1
+        self._pool: Pool | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -131,9 +184,9 @@ class Runner:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._executor is None:
+        if self._pool is None:
             return
-        self._executor.shutdown(wait=False)
+        self._pool.executor.shutdown(wait=False)
         if error is not None:  # interrupted, or the results cannot be kept: do not wait for running tasks
             for worker in multiprocessing.active_children():
                 worker.terminate()
@@ -169,20 +222,23 @@ class Runner:
         running: dict[Future[Result], int] = {}
         try:
             while waiting or running:
-                if self._executor is None:
-                    self._executor, self._workers = self._start()
-                while waiting and len(running) < TASKS_PER_WORKER * self._workers:
+                if self._pool is None:
+                    self._pool = self._start()
+                capacity = self._pool.capacity()
+                while waiting and len(running) < capacity:
                     index = waiting.pop()
-                    running[self._executor.submit(function, tasks[index])] = index
+                    running[self._pool.executor.submit(function, tasks[index])] = index
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
+                if any(future.cancelled() for future in done):
+                    raise _gone(self._pool.scheduler)
                 broken = [future for future in done if isinstance(future.exception(), BrokenProcessPool)]
                 for future in done:
                     if future not in broken:
                         error = future.exception()
                         yield running.pop(future), future.result() if error is None else error
                 if broken:
-                    self._executor.shutdown(wait=False)
-                    self._executor = None
+                    self._pool.executor.shutdown(wait=False)
+                    self._pool = None
                     for index in running.values():  # any of these may have killed its worker
                         tries[index] += 1
                         if tries[index] < MAX_TRIES:

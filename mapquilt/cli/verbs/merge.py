@@ -26,7 +26,7 @@ from mapquilt.cli.options.merge import (
 )
 from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import doubled_walls, merge_table, print_table, warn
-from mapquilt.dataset.answers import is_dataset, merge_samples
+from mapquilt.dataset.manifest import is_dataset
 from mapquilt.jobs.progress import count_progress, pair_progress
 from mapquilt.jobs.runner import Runner, Workers, remote_runner
 from mapquilt.leaves import with_assignments
@@ -205,6 +205,8 @@ def merge(
 
 def _merge_dataset(folder: Path, settings: MergeSettings, seed: int, workers: Workers) -> int:
     """Merge each sample of a data set in place, and print how many maps were refused."""
+    from mapquilt.dataset.answers import merge_samples  # here: merging map files needs no simulator
+
     with Runner(workers) as runner, count_progress("samples") as on_progress:
         left_out = merge_samples(folder, settings, seed, runner, on_progress)
     refused = {name: names for name, names in left_out.items() if names}

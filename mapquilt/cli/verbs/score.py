@@ -11,7 +11,8 @@ from rich.table import Table
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.workers import WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.dataset.answers import is_dataset, outcome_table, score_samples
+from mapquilt.dataset.answers import outcome_table, score_samples
+from mapquilt.dataset.manifest import is_dataset
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.formatting import error_texts, number_text
 from mapquilt.jobs.progress import count_progress

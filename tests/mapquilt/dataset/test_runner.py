@@ -8,11 +8,15 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Timer
 
 import pytest
 
-from mapquilt.jobs.runner import MAX_TRIES, Runner, Workers, process_pool
+from mapquilt.jobs import runner as runner_module
+from mapquilt.jobs.code_version import code_version
+from mapquilt.jobs.runner import MAX_TRIES, Pool, Runner, Workers, _check_versions, dask_cluster, process_pool
 from tests.conftest import hashes
+from tests.mapquilt.cli.test_app import refused
 
 
 def square(number):
@@ -35,7 +39,7 @@ def fail(number):
 
 
 def pool(processes: int) -> Runner:
-    return Runner(Workers(processes), lambda: (process_pool(processes), processes))
+    return Runner(Workers(processes), lambda: Pool(process_pool(processes), lambda: processes))
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -88,7 +92,7 @@ def test_workers_die_with_their_parent(preload, tmp_path):
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize("start", [None, lambda: (ThreadPoolExecutor(1), 1)])
+@pytest.mark.parametrize("start", [None, lambda: Pool(ThreadPoolExecutor(1), lambda: 1)])
 def test_errors_come_with_their_task(start):
     with Runner(start=start) as runner:
         results = dict(runner.completed(fail, [1, 2]))
@@ -129,3 +133,66 @@ def test_a_cluster_makes_the_same_bytes_even_if_a_worker_is_killed(cluster, tiny
     processes[1].kill()
     assert making.wait(timeout=120) == 0
     assert hashes(tmp_path / "data") == hashes(tiny)
+
+
+def test_a_cluster_gets_as_many_tasks_as_it_has_threads(cluster):
+    address, _ = cluster
+    pool = dask_cluster(address)
+    ended = time.monotonic() + 30.0
+    while pool.capacity() < 2 and time.monotonic() < ended:
+        time.sleep(0.1)
+    assert pool.capacity() == 2
+    pool.executor.shutdown()
+
+
+class Answering:
+    """A client whose workers state these versions."""
+
+    def __init__(self, versions):
+        self.versions = versions
+
+    def run(self, function, on_error):
+        assert on_error == "return"
+        return self.versions
+
+
+def test_workers_of_another_code_version_are_named():
+    own = code_version()
+    _check_versions("tcp://head:1", Answering({"tcp://a:1": own, "tcp://b:1": own, "tcp://c:1": OSError("died")}))
+    with pytest.raises(OSError, match=r"worker tcp://b:1 is 0\.1\.0\+abc, but that of this machine"):
+        _check_versions("tcp://head:1", Answering({"tcp://a:1": own, "tcp://b:1": "0.1.0+abc"}))
+    with pytest.raises(OSError, match="worker tcp://a:1 is none that can be used"):
+        _check_versions("tcp://head:1", Answering({"tcp://a:1": ModuleNotFoundError("No module named 'mapquilt'")}))
+
+
+def test_a_scheduler_that_is_not_there_is_one_line(capsys, tmp_path, spec_file, monkeypatch):
+    monkeypatch.setattr(runner_module, "WORKERS_TIMEOUT", 1.0)
+    line = refused(capsys, "dataset", "make", spec_file, "--out", tmp_path / "data", "--scheduler", "tcp://127.0.0.1:9")
+    assert "--scheduler tcp://127.0.0.1:9: no Dask scheduler answers there" in line
+
+
+def test_a_scheduler_that_dies_ends_the_run_in_one_error(cluster):
+    address, processes = cluster
+    with Runner(Workers(1, address)) as runner:
+        assert runner.run(square, [3]) == [9]
+        Timer(1.0, processes[0].kill).start()
+        with pytest.raises(OSError, match="is gone, with the tasks that it held"):
+            runner.run(time.sleep, [60.0] * 4)
+    for worker in processes[1:]:  # they wait for the scheduler to come back
+        worker.kill()
+
+
+def test_a_scheduler_without_workers_says_how_to_start_one(monkeypatch, tmp_path):
+    monkeypatch.setattr(runner_module, "WORKERS_TIMEOUT", 5.0)
+    file = tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    scheduler = subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", str(file)], stderr=subprocess.DEVNULL)
+    try:
+        while not file.exists():
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        with pytest.raises(OSError, match=f"has no worker; start some: dask worker {address}"):
+            dask_cluster(address)
+    finally:
+        scheduler.terminate()
+        scheduler.wait(timeout=20)

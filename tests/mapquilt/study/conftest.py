@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from mapquilt.jobs.runner import Runner
+from mapquilt.jobs.runner import Pool, Runner
 from mapquilt.study.folder import run_study
 from mapquilt.study.plan import Method, StudyPlan, plan_study
 from mapquilt.study.results import StudyResults
@@ -25,7 +25,7 @@ def plan(
 
 def thread() -> Runner:
     """A runner of one thread: what a test patches in this process holds there too."""
-    return Runner(start=lambda: (ThreadPoolExecutor(1), 1))
+    return Runner(start=lambda: Pool(ThreadPoolExecutor(1), lambda: 1))
 
 
 def run(plan: StudyPlan, out: Path, cache: Path | None = None) -> StudyResults:
