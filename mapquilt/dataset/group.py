@@ -83,6 +83,7 @@ def _made_mission(plan: MissionPlan, mission: Mission) -> Made:
         "seed": plan.seed,
         "robots": plan.missions.robots,
         "duration_s": plan.missions.duration,
+        "overlap": plan.missions.overlap,
         "files": _hashes(files),
     }
     return Made(files, record)

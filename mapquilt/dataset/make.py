@@ -36,10 +36,11 @@ FAILURES_FILE = "failures.jsonl"
 
 @dataclass(frozen=True)
 class Report:
-    """Hold the number of samples that were made, and of those that failed."""
+    """Hold the number of samples that were made, of those that failed, and of missions that missed their overlap."""
 
     samples: int
     failures: int
+    missed: int = 0
 
 
 def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: Progress = no_progress) -> Report:
@@ -58,7 +59,7 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
             write_bytes_atomically(out / path, data)
         if (out / MANIFEST_FILE).exists():
             manifest = read_manifest(out)
-            return Report(len(manifest.samples), plan.samples - len(manifest.samples))
+            return Report(len(manifest.samples), plan.samples - len(manifest.samples), missed_overlaps(manifest))
         journal = Journal[MissionPlan](out / JOURNAL_FILE, lambda mission: str(mission.index))
         entries = journal.run(
             runner,
@@ -128,7 +129,20 @@ def _finish(
     write_card(out, carried.spec, manifest, len(failures))
     write_manifest(out, manifest)
     journal.remove()
-    return Report(plan.samples - len(failures), len(failures))
+    return Report(plan.samples - len(failures), len(failures), missed_overlaps(manifest))
+
+
+def missed_overlaps(manifest: Manifest) -> int:
+    """Count the missions with a pair of whole maps whose overlap lies outside the range that was asked for."""
+    wanted = {record["mission"]: record.get("overlap") for record in manifest.missions}
+    missed = set()
+    for sample in manifest.samples:
+        bounds = wanted[sample["mission"]]
+        if bounds is not None and sample["settings"]["parts"] == 1:
+            low, high = bounds
+            if not all(low <= pair["overlap"] <= high for pair in sample["pairs"]):
+                missed.add(sample["mission"])
+    return len(missed)
 
 
 def build_manifest(carried: CarriedPlans, plan: DatasetPlan, records: Sequence[Record]) -> Manifest:

@@ -17,7 +17,7 @@ from mapquilt.runs.open_world import is_world_file
 from mapquilt.settings import COMBINED, ExperimentConfig, check_parts, lidar_at_rate, max_yaw_of
 from sim.mission.settings import MissionSettings, PolicyName, Starts
 from sim.physics.drive import Drive
-from sim.physics.robot import RobotSettings
+from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from worlds.importing.plan_file import PlanOptions
 
 READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
@@ -25,6 +25,9 @@ READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
 
 LICENCE = "CC-BY-4.0"
 """Licence of generated data."""
+
+MOST = 100_000
+"""Most missions of a group, and samples of a mission: a plan of more does not fit into memory."""
 
 Count = Annotated[int, Field(ge=0)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -53,12 +56,12 @@ class MissionsSpec(_Strict):
         str | None, _key("hash of the plan that a data set holds; `dataset make` writes it", "", None)
     ] = None
     licence: Annotated[str, _key("licence of the plan, and of the data made from it", "", "CC0-1.0")] = LICENCE
-    count: Annotated[int, _key("number of missions", "", 10, ge=1)]
+    count: Annotated[int, _key("number of missions", "", 10, ge=1, le=MOST)]
     seeds: Annotated[
         tuple[Count, Count] | None,
         _key("seeds of worlds and missions, first and last, in turn; without, derived from `seed`", "", [100, 109]),
     ] = None
-    robots: Annotated[int, _key("robots of a team", "", 3, ge=1)] = 3
+    robots: Annotated[int, _key("robots of a team", "", 3, ge=1, le=MAX_ROBOTS)] = 3
     duration: Annotated[Positive, _key("duration of a mission", "s", 120)] = 120.0
     lidar: Annotated[str, _key("lidar, of `mapquilt lidars`", "", "rplidar_a1")] = "default"
     rate: Annotated[Positive | None, _key("scan rate; without, the lidar's own", "Hz", 5)] = None
@@ -113,7 +116,7 @@ class MissionsSpec(_Strict):
 class SamplesSpec(_Strict):
     """Specify the samples of each mission. Each list holds values that occur equally often."""
 
-    per_mission: Annotated[int, _key("samples of each mission", "", 4, ge=1)] = 4
+    per_mission: Annotated[int, _key("samples of each mission", "", 4, ge=1, le=MOST)] = 4
     noise: Annotated[
         tuple[Annotated[float, Field(ge=0.0, allow_inf_nan=False)], ...],
         _key("levels of noise: 0 exact, 1 an ordinary robot, 3 a bad one", "", [0, 1]),
@@ -183,7 +186,7 @@ class DatasetSpec(_Strict):
         _key("groups of missions, with the keys of `missions`", "", [{"world": "office", "count": 4}], min_length=1),
     ]
     samples: Annotated[SamplesSpec, _key("samples, with the keys of `samples`", "", {"noise": [0, 1]})] = SamplesSpec()
-    other_worlds: Annotated[Count, _key("negative pairs, whose maps are of two worlds", "", 100)] = 0
+    other_worlds: Annotated[Count, _key("negative pairs, whose maps are of two worlds", "", 100, le=10 * MOST)] = 0
     splits: Annotated[
         dict[str, Positive],
         _key("shares of each group's worlds; no world is in two splits", "", {"train": 0.8, "test": 0.2}),

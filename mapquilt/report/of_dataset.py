@@ -47,7 +47,7 @@ def dataset_content(folder: Path) -> Content:
         ]
         if figures.is_file()
         else [],
-        notes=[] if merged else ["No sample has been merged in place; mapquilt merge does it, one by one."],
+        notes=[] if merged else ["No sample has been merged in place; `mapquilt merge DATASET` does it."],
     )
 
 

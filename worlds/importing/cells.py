@@ -12,7 +12,7 @@ from worlds.polygon import Polygon, box
 from worlds.world import World
 
 MAX_BOXES = 10_000
-"""Most boxes that fit into the one mesh of the physics."""
+"""Most boxes of a plan, so that rays and the search for clear places stay fast."""
 BORDER_WALL = 0.1
 """Least thickness of the wall that closes an open plan [m]."""
 INDOORS = 0.2

@@ -9,7 +9,7 @@ import typer
 
 from mapping.io.atomic import write_bytes_atomically
 from mapquilt.cli.application import new_app
-from mapquilt.cli.exit_status import Termination
+from mapquilt.cli.exit_status import NOT_REACHED, Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table, warn
 from mapquilt.dataset.card import draw_figures
@@ -65,7 +65,7 @@ def make(
 ) -> int:
     """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
-    Exit status 1 if a sample failed; all other samples are made.
+    Exit status 1 if a sample failed, 3 if a mission did not reach its overlap; all others are made.
 
     Example: mapquilt dataset make smoke --out data
     """
@@ -89,6 +89,9 @@ def make(
         print_table(f"{out}: {report.samples} samples; {report.failures} failed, see {out / FAILURES_FILE}")
         return 1
     print_table(f"{out}: {report.samples} samples")
+    if report.missed:
+        warn((f"{report.missed} missions did not reach their overlap; the nearest are kept",))
+        return NOT_REACHED
     return 0
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
+from mapquilt.cli.exit_status import NOT_REACHED
 from mapquilt.dataset.estimate import estimate
 from mapquilt.dataset.plan import DatasetPlan, plan_dataset
 from mapquilt.dataset.spec import SECTIONS, DatasetSpec, key_rows, load_spec
@@ -133,3 +134,26 @@ def test_the_estimate_counts_what_the_plan_holds_and_grows_with_it() -> None:
     cut = estimate(planned({"overlap": [0.3, 0.5]}))
     assert cut.most_hours > cut.hours
     assert one.most_hours == one.hours
+
+
+@pytest.mark.parametrize(
+    "keys", ["count: 1000000000", "count: 1, robots: 10000000000000000000", "count: 1, robots: 30"]
+)
+def test_more_than_can_be_planned_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], keys: str) -> None:
+    path = tmp_path / "huge.yaml"
+    path.write_text(f"name: huge\nmissions:\n  - {{world: office, {keys}}}\n", encoding="utf-8")
+    assert "should be less than or equal to" in refused(capsys, "dataset", "make", path, "--out", tmp_path / "data")
+
+
+def test_missions_that_miss_their_overlap_are_counted_with_a_status_of_their_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "far.yaml"
+    group = "{world: disjoint, count: 1, robots: 2, duration: 1, starts: spread, overlap: [0.9, 1]}"
+    path.write_text(
+        f"name: far\nmissions:\n  - {group}\nsamples: {{per_mission: 1, poses: [truth]}}\nsplits: {{all: 1}}\n",
+        encoding="utf-8",
+    )
+    for _ in range(2):
+        assert command("dataset", "make", path, "--out", tmp_path / "data", "--workers", 1) == NOT_REACHED
+        assert "1 missions did not reach their overlap" in capsys.readouterr().err

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from mapping.geometry.se2 import SE2
+from sim.physics import bullet
 from sim.physics.bullet import MAX_RAYS, BulletScene
 from sim.physics.drive import DriveLimits
 from sim.physics.robot import MAX_ROBOTS, RobotSettings
 from sim.sensors.lidar import Lidar
 from worlds.families.registry import make_world
+from worlds.polygon import box
 from worlds.world import World
 
 MOUNTED = SE2(0.11, -0.07, 0.83)
@@ -53,6 +55,25 @@ def test_the_lidar_equals_analytic_ray_casting(two_rooms: World, mounting: SE2, 
             distances, hits_robot = scene.cast(0, lidar)
         assert_alike(distances, first_hits(two_rooms.segments(), start @ mounting, lidar))
         assert not hits_robot.any()
+
+
+def test_walls_of_more_sides_than_one_mesh_takes_are_all_seen(
+    two_rooms: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start, lidar = SE2(1.5, 3.7, 0.4), Lidar(range_max=7.0)
+    monkeypatch.setattr(bullet, "MESH_SIDES", 5)
+    with BulletScene(two_rooms, [start]) as scene:
+        distances, hits_robot = scene.cast(0, lidar)
+    assert_alike(distances, first_hits(two_rooms.segments(), start, lidar))
+    assert not hits_robot.any()
+
+
+@pytest.mark.slow
+def test_a_world_of_ten_thousand_boxes_can_be_simulated() -> None:
+    boxes = tuple(box(x, y, x + 0.1, y + 0.1) for x in np.arange(100) * 0.3 for y in np.arange(100) * 0.3)
+    with BulletScene(World("grove", 0, (30.0, 30.0), boxes), [SE2(0.2, 0.2, 0.0)]) as scene:
+        (ahead, *_), _ = scene.cast(0, Lidar(beams=1, angle_min=0.0, range_min=0.0))
+    assert ahead == math.inf
 
 
 def test_the_mounting_pose_matters(two_rooms: World) -> None:
