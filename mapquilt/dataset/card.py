@@ -126,12 +126,12 @@ def _tables(samples: Sequence[dict[str, Any]]) -> list[tuple[str, list[tuple[str
             for pair in sample["pairs"]:
                 counts[key(sample, pair)] += 1
                 identifiable[key(sample, pair)] += pair["identifiable"]
-        order = sorted(counts, key=_natural)
+        order = sorted(counts, key=natural_order)
         tables.append((title, [(name, counts[name], identifiable[name]) for name in order]))
     return tables
 
 
-def _natural(name: str) -> tuple[float, str]:
+def natural_order(name: str) -> tuple[float, str]:
     head = name.split(" ")[0]
     return (float(head) if head.replace(".", "", 1).isdigit() else 0.0, name)
 

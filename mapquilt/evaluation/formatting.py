@@ -6,6 +6,15 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.statistics import Interval, Share
 
 
+def outcome_text(one: EvaluatedPair) -> str:
+    """Name the outcome; beside a wrong verdict, say if the maps are distorted or the pair is ambiguous."""
+    words: list[str] = [one.outcome or "-"]
+    if one.outcome in ("false accept", "false reject"):
+        words += ["distorted"] if one.distorted else []
+        words += ["ambiguous"] if not (one.negative or one.identifiable) else []
+    return ", ".join(words)
+
+
 def error_texts(one: EvaluatedPair) -> tuple[str, str, str, str]:
     """Format rotation [degrees], scale [%] and displacement [m, cells]; dashes for None."""
     error = one.error

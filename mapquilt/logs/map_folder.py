@@ -64,13 +64,14 @@ def _fill(folder: Path, drawn: LogMap) -> None:
     save_tum(folder / run_folder.TRAJECTORY_FILE, drawn.result.trajectory)
     if drawn.result.edges:
         write_bytes_atomically(folder / GRAPH_FILE, g2o_text(drawn.result).encode())
-    write_bytes_atomically(folder / PICTURE_FILE, figure_png(_figure(drawn)))
+    write_bytes_atomically(folder / PICTURE_FILE, figure_png(map_figure(drawn)))
     save_map_record(folder / MAP_RECORD, drawn)
     if drawn.result.timings:
         run_folder.add_timings(folder, "map", drawn.result.timings)
 
 
-def _figure(drawn: LogMap) -> Any:
+def map_figure(drawn: LogMap) -> Any:
+    """Draw the map of a log, with the path, the keyframes and the loops of its pose graph, and the reference."""
     from mapquilt.viz.log_map_picture import log_map_figure
 
     result, error = drawn.result, drawn.error

@@ -173,7 +173,8 @@ def _errors(answers: Answers) -> Chart | None:
         ("scale", "%", "scale_percent", 0.01),
     ]
     methods = methods_of(answers)
-    accepted = [one for one in answers if one.accepted and not one.negative]
+    asked = {method: [one for one in answers if one.method == method and one.identifiable] for method in methods}
+    accepted = [one for every in asked.values() for one in every if one.accepted]
     if not accepted:
         return None
     figure, panels = new_figure(3, width=4.2, height=3.4)
@@ -183,7 +184,7 @@ def _errors(answers: Answers) -> Chart | None:
             errors = [getattr(one.error, part) for one in accepted if one.method == method and one.error is not None]
             values = sorted(max(least, value) for value in errors if value is not None)
             if values:
-                share = np.arange(1, len(values) + 1) / len(values)
+                share = np.arange(1, len(values) + 1) / len(asked[method])
                 marker = series_marker(index) if len(values) <= 30 else ""
                 (handles[method],) = panel.step(
                     values, share, where="post", color=series_colour(index), linewidth=1.8, marker=marker, markersize=4
@@ -191,15 +192,16 @@ def _errors(answers: Answers) -> Chart | None:
         logarithmic(panel, "x")
         in_per_cent(panel)
         write_heading(panel, what)
-        write_axes(panel, f"error [{unit}]", "of accepted answers" if what == "displacement" else "")
+        write_axes(panel, f"error [{unit}]", "of all pairs" if what == "displacement" else "")
     write_legend(figure, list(handles.values()), list(handles))
     moved = {m: error_quantiles([one for one in accepted if one.method == m])["displacement_m"] for m in methods}
     medians = "; ".join(f"{method}: {found.median:.3f} m" for method, found in moved.items() if found)
     return Chart(
-        "Errors of accepted answers",
+        "Errors, with refusals",
         figure,
-        f"Cumulative distributions of the errors of accepted answers. Median displacement: {medians}.",
-        "Cumulative share of the accepted answers, right or wrong, with at most that error.",
+        f"Cumulative distributions of the errors, refused pairs counted. Median displacement of accepted: {medians}.",
+        "Share of all pairs with exactly one right answer that were accepted with at most that error. A curve ends at "
+        "the share that was accepted: what is missing to 100 % was refused.",
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
 
@@ -24,12 +24,13 @@ class Chart:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG that the folder holds already."""
+    """A PNG; those that are ``small`` stand beside one another, under the heading of pose graphs."""
 
     heading: str
     png: bytes
     alt: str
     caption: str
+    small: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ class Sheet:
 class Content:
     """``kind`` is run, data set, benchmark or study; ``settings`` are texts by name. ``answers`` have map files.
 
-    ``charts`` and ``sheets`` are those of this kind alone; the common ones are drawn from ``answers``.
+    ``charts`` and ``sheets`` are those of this kind alone; the common ones are drawn from ``answers``. ``mission``
+    is the data of the 3-D view, None without a mission.
     """
 
     kind: str
@@ -57,6 +59,7 @@ class Content:
     charts: Sequence[Chart] = ()
     sheets: Sequence[Sheet] = ()
     notes: Sequence[str] = field(default=())
+    mission: Mapping[str, Any] | None = None
 
 
 NOT_MERGED = "not merged"

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from importlib.metadata import version
 from typing import Any
 
 import jinja2
 
 from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
+from mapquilt.evaluation.formatting import outcome_text
 from mapquilt.report.charts import common_charts
 from mapquilt.report.content import NOT_MERGED, Chart, Content, methods_of, outcome_rank
 from mapquilt.report.gallery import Progress, draw_gallery
@@ -26,6 +29,16 @@ COLUMNS = (
     ("overlap [%]", True),
     ("time [s]", True),
 )
+
+UNMERGED_COLUMNS = (
+    ("pair", False),
+    ("overlap [%]", True),
+    ("one right answer", False),
+    ("residual [m]", True),
+    ("true yaw [deg]", True),
+    ("true scale", True),
+)
+"""Columns while nothing is merged: the truth of each pair."""
 
 WIDE = 6.5
 """Width [inches] from which a figure takes the whole page."""
@@ -52,8 +65,11 @@ def render_page(content: Content, pictures: int, on_progress: Progress = lambda 
         headline=headline(content),
         tiles=tiles(content),
         charts=[_chart(f"chart{number}", chart) for number, chart in enumerate(charts)],
+        mission=None if content.mission is None else _json(content.mission),
+        robots=[] if content.mission is None else [robot["name"] for robot in content.mission["robots"]],
         pictures=[(one, png_address(one.png)) for one in content.pictures],
         sheets=[*([] if sheet is None else [sheet]), *content.sheets],
+        parts=_parts,
         columns=_columns(answers),
         rows=[_row(number, one, _columns(answers)) for number, one in enumerate(answers)],
         filters=_filters(answers),
@@ -76,6 +92,11 @@ def _chart(name: str, chart: Chart) -> dict[str, Any]:
     }
 
 
+def _parts(cell: str) -> list[str]:
+    """Split a number from its intervals, which stand below it."""
+    return re.split(r" (?=[(\[])", cell)
+
+
 def _thumb(places: dict[str, int | None]) -> int | None:
     """Choose the picture of a pair in the table: the merge, else the truth, else its target."""
     return next((places[name] for name in ("answer", "truth", "target") if places[name] is not None), None)
@@ -87,8 +108,8 @@ def _json(value: Any) -> str:
 
 
 def _columns(answers: tuple[EvaluatedPair, ...]) -> list[tuple[str, bool]]:
-    columns = list(COLUMNS)
-    if not any(one.seconds is not None for one in answers):
+    columns = list(COLUMNS) if methods_of(answers) else list(UNMERGED_COLUMNS)
+    if ("time [s]", True) in columns and not any(one.seconds is not None for one in answers):
         columns.remove(("time [s]", True))
     if len({one.pair.world for one in answers}) > 1:
         columns.insert(1, ("world", False))
@@ -105,6 +126,7 @@ def _row(number: int, one: EvaluatedPair, columns: list[tuple[str, bool]]) -> di
     cells = _cells(one)
     return {
         "number": number,
+        "anchor": _anchor(one),
         "outcome": one.outcome or NOT_MERGED,
         "method": one.method,
         "world": one.pair.world or "",
@@ -117,10 +139,16 @@ def _row(number: int, one: EvaluatedPair, columns: list[tuple[str, bool]]) -> di
     }
 
 
+def _anchor(one: EvaluatedPair) -> str:
+    """Name a pair in links: the same in every report on the same answers."""
+    words = " ".join(("pair", one.pair.title, *one.pair.level, one.method))
+    return re.sub(r"[^A-Za-z0-9_.]+", "-", words).strip("-")
+
+
 def _cells(one: EvaluatedPair) -> dict[str, tuple[str, str]]:
     """Format each column, and give the key that it is sorted by."""
     level, world, overlap = _level(one), one.pair.world, one.truth.overlap
-    error = one.error
+    error, true = one.error, one.truth.target_from_source
     return {
         "pair": (one.pair.title, one.pair.title),
         "method": (one.method, one.method),
@@ -134,6 +162,10 @@ def _cells(one: EvaluatedPair) -> dict[str, tuple[str, str]]:
         "scale [%]": _number(None if error is None else error.scale_percent, 2),
         "overlap [%]": _number(None if overlap is None else 100.0 * overlap, 0),
         "time [s]": _number(one.seconds, 2),
+        "one right answer": ("none" if one.negative else "yes" if one.identifiable else "several",) * 2,
+        "residual [m]": _number(one.truth.residual_m, 3),
+        "true yaw [deg]": _number(None if true is None else math.degrees(true.yaw), 1),
+        "true scale": _number(None if true is None else true.scale, 3),
     }
 
 
@@ -161,14 +193,14 @@ def _facts(one: EvaluatedPair) -> dict[str, Any]:
     evidence, overlap = one.evidence, one.truth.overlap
     unique = "yes" if one.identifiable else "no, several placements fit"
     facts = {
-        "outcome": one.outcome or NOT_MERGED,
+        "outcome": NOT_MERGED if one.outcome is None else outcome_text(one),
         "reason of the refusal": one.reason,
         "confidence": _text(one.confidence, 2),
         "error": _error(one),
         "true overlap": None if overlap is None else f"{100 * overlap:.0f} %",
         "alignment score": _text(None if evidence is None else evidence.score, 3),
         "second-best score": _text((None if evidence is None else evidence.second_best_score) or None, 3),
-        "distorted": "drift leaves no transform that fits" if one.distorted else None,
+        "distorted": _distortion(one),
         "one right answer": None if one.negative else unique,
         "level": " ".join(one.pair.level) or None,
         "noise level": None if one.pair.noise is None else f"{one.pair.noise:g}",
@@ -182,6 +214,13 @@ def _facts(one: EvaluatedPair) -> dict[str, Any]:
         "negative": one.negative,
         "facts": [(name, value) for name, value in facts.items() if value],
     }
+
+
+def _distortion(one: EvaluatedPair) -> str | None:
+    """Say how far the two maps differ in shape, whatever bent them: drift, odometry, or noise at true poses."""
+    if not one.distorted or one.truth.residual_m is None:
+        return None
+    return f"the maps differ in shape: at the best transform, common walls lie {one.truth.residual_m:.2f} m apart (RMS)"
 
 
 def _level(one: EvaluatedPair) -> str:

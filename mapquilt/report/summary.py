@@ -53,7 +53,12 @@ def headline(content: Content) -> str:
     """Write one sentence on the first method."""
     methods = methods_of(content.answers)
     if not methods:
-        return f"{len(content.answers)} pairs of maps whose true transform is known; none has been merged yet."
+        one = sum(answer.identifiable for answer in content.answers)
+        none = sum(answer.negative for answer in content.answers)
+        return (
+            f"{len(content.answers)} pairs of maps whose truth is known: {one} fit at exactly one placement, "
+            f"{len(content.answers) - one - none} at several, and {none} have nothing in common. None is merged yet."
+        )
     found, method = _summary(content.answers, methods[0]), methods[0]
     wrong = f"{found.false_accepts.count or 'no'} false accepts among {found.pairs} pairs"
     share = found.true_accepts
@@ -72,6 +77,12 @@ def tiles(content: Content) -> list[Tile]:
     pairs = len({(one.pair.title, one.pair.level) for one in content.answers})
     shown = [Tile(f"{pairs:,}", "pairs of maps")]
     if not methods:
+        answers = content.answers
+        shown.append(Tile(str(sum(one.identifiable for one in answers)), "with exactly one right answer", "good"))
+        shown.append(Tile(str(sum(one.negative for one in answers)), "with nothing in common"))
+        overlaps = [one.truth.overlap for one in answers if one.truth.overlap and not one.negative]
+        if overlaps:
+            shown.append(Tile(f"{100 * float(np.median(overlaps)):.0f} %", "median true overlap of the others"))
         return shown
     found = _summary(content.answers, methods[0])
     if found.true_accepts is not None:

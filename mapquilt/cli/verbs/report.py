@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,7 @@ from mapping.io.atomic import write_bytes_atomically
 from mapquilt.benchmark.files import SUMMARY_FILE
 from mapquilt.cli.tables import print_table
 from mapquilt.dataset.manifest import MANIFEST_FILE
-from mapquilt.jobs.progress import count_progress
+from mapquilt.jobs.progress import count_progress, mapping_label
 from mapquilt.report.content import Content
 from mapquilt.runs.folder import is_run
 from mapquilt.study.files import is_study
@@ -33,7 +34,8 @@ def report(
     Example: mapquilt report runs/office
     """
     path = folder / REPORT_FILE if out is None else out
-    content = read_content(folder)
+    with count_progress(f"{mapping_label()}, scans") as on_scans:
+        content = read_content(folder, on_scans)
     from mapquilt.report.page import render_page
 
     with count_progress("pictures") as on_progress:
@@ -45,14 +47,17 @@ def report(
     return 0
 
 
-def read_content(folder: Path) -> Content:
-    """Read the content of a folder. Raises ``ValueError`` naming it if mapquilt wrote no such folder."""
+def read_content(folder: Path, on_scans: Callable[[int, int], None] = lambda done, total: None) -> Content:
+    """Read the content of a folder; ``on_scans`` gets the scans that are mapped again and their total.
+
+    Raises ``ValueError`` naming the folder if mapquilt wrote no such one.
+    """
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder")
     if is_run(folder):
         from mapquilt.report.of_run import run_content
 
-        return run_content(folder)
+        return run_content(folder, on_scans)
     if (folder / MANIFEST_FILE).is_file():
         from mapquilt.report.of_dataset import dataset_content
 

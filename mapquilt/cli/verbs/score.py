@@ -14,7 +14,7 @@ from mapquilt.cli.tables import print_table
 from mapquilt.dataset.answers import outcome_table, score_samples
 from mapquilt.dataset.manifest import is_dataset
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-from mapquilt.evaluation.formatting import error_texts, number_text
+from mapquilt.evaluation.formatting import error_texts, number_text, outcome_text
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.runs import folder as run_folder
@@ -45,8 +45,8 @@ def score(
 def score_table(score: RunScore) -> Table:
     """Tabulate each pair's outcome, true overlap and errors, and the quality of each merged map."""
     table = plain_table(
-        *(("pair", False), ("outcome", False), ("overlap", True), ("deg", True), ("%", True), ("m", True)),
-        *(("cells", True), ("AI", True)),
+        *(("pair", False), ("outcome", False), ("overlap", True), ("yaw\n[deg]", True), ("scale\n[%]", True)),
+        *(("error\n[m]", True), ("error\n[cells]", True), ("AI", True)),
     )
     for one in score.pairs:
         table.add_row(*_score_row(one))
@@ -54,6 +54,11 @@ def score_table(score: RunScore) -> Table:
     names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
     words = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in names)
     table.caption = f"{counts['pairs']} pairs: {words}"
+    if any(", " in outcome_text(one) for one in score.pairs):
+        table.caption += (
+            "\ndistorted: no transform fits these maps well, so that a right answer may miss by chance"
+            "\nambiguous: several placements fit these maps, and nothing in them tells which is right"
+        )
     for group in score.merged:
         table.caption += (
             f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
@@ -67,7 +72,7 @@ def _score_row(one: EvaluatedPair) -> tuple[str, ...]:
     overlap = one.truth.overlap
     return (
         f"{one.pair.target} <- {one.pair.source}",
-        one.outcome or "-",
+        outcome_text(one),
         "-" if overlap is None else f"{100 * overlap:.0f} %",
         *error_texts(one),
         number_text(index, 3),

@@ -99,6 +99,8 @@
     alone.hidden = both;
     alone.textContent = fact.negative ? "These maps have no common ground: no transform is right." + (under === null ? "" : " Shown is what the merge proposes.") : fact.outcome === "not merged" ? "Not merged yet; shown is the truth." : pictures.answer === null ? "No transform was proposed; shown is the truth." : "";
     slider.value = 50; cut();
+    $("#link").href = `#${row.id}`;
+    history.replaceState(null, "", `#${row.id}`);
     const list_of_rows = visible().filter((one) => one.dataset.number in shown), at = list_of_rows.indexOf(row);
     $("#previous").disabled = at <= 0; $("#next").disabled = at < 0 || at === list_of_rows.length - 1;
     if (!dialog.open) dialog.showModal();
@@ -120,5 +122,17 @@
     if (event.key === "ArrowRight") step(1);
     if (event.key === "ArrowLeft") step(-1);
   });
-  dialog.addEventListener("close", () => { if (current) $("button.open", current).focus(); });
+  dialog.addEventListener("close", () => {
+    history.replaceState(null, "", location.pathname + location.search);
+    if (current) $("button.open", current).focus();
+  });
+
+  // A link to a pair opens it.
+  const follow = () => {
+    const row = rows.find((one) => one.id === decodeURIComponent(location.hash.slice(1)));
+    if (!row || (dialog.open && row === current)) return;
+    if (row.dataset.number in shown) show(row); else row.scrollIntoView({ block: "center" });
+  };
+  addEventListener("hashchange", follow);
+  follow();
 })();

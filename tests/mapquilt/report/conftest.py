@@ -20,7 +20,9 @@ CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 QUIET = (
     "--headless=new",
     "--no-sandbox",
-    "--disable-gpu",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
     "--disable-quic",
     "--disable-dev-shm-usage",
     "--no-first-run",
@@ -30,7 +32,7 @@ QUIET = (
     "--force-prefers-reduced-motion",
     "--window-size=1360,1000",
 )
-"""A page of one's own in a container, and no calls home."""
+"""A page of one's own in a container with WebGL in software, and no calls home."""
 
 
 @pytest.fixture(scope="session")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select
+from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from mapquilt.cli.verbs.report import read_content
 from mapquilt.report.page import render_page
@@ -135,3 +137,87 @@ def test_light_and_dark_can_be_chosen(study):
     button.click()
     assert study.execute_script(colour) != before
     assert {words, button.text} == {"Light", "Dark"}
+
+
+def pixels(browser: webdriver.Chrome) -> np.ndarray:
+    """What the canvas of the mission shows, as RGB (rows, cols, 3)."""
+    png = np.frombuffer(browser.find_element(By.ID, "mission-canvas").screenshot_as_png, np.uint8)
+    return cv2.imdecode(png, cv2.IMREAD_COLOR)
+
+
+def move_to(browser: webdriver.Chrome, seconds: float) -> None:
+    browser.execute_script(
+        "const s = document.getElementById('moment'); s.value = arguments[0]; s.dispatchEvent(new Event('input'));"
+        "return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))",
+        seconds,
+    )
+
+
+def test_the_mission_is_drawn_and_follows_the_slider(browser, pages):
+    browser.get(pages["run"].as_uri())
+    browser.execute_script("document.getElementById('mission').scrollIntoView()")
+    WebDriverWait(browser, 20).until(lambda _: browser.find_element(By.ID, "clock").text == "12.0 of 12 s")
+    move_to(browser, 0.0)
+    start = pixels(browser)
+    assert len(np.unique(start.reshape(-1, 3), axis=0)) > 50
+    assert browser.find_element(By.ID, "clock").text == "0.0 of 12 s"
+    move_to(browser, 9.0)
+    later = pixels(browser)
+    assert (start != later).any(axis=2).mean() > 0.001
+    move_to(browser, 0.0)
+    np.testing.assert_array_equal(pixels(browser), start)
+    browser.find_element(By.ID, "from-above").click()
+    move_to(browser, 0.0)
+    assert (start != pixels(browser)).any(axis=2).mean() > 0.05
+
+
+def test_the_mission_plays_and_pauses(browser, pages):
+    browser.get(pages["run"].as_uri())
+    move_to(browser, 1.0)
+    play = browser.find_element(By.ID, "play")
+    play.click()
+    assert play.text == "Pause"
+    WebDriverWait(browser, 20).until(lambda _: float(browser.find_element(By.ID, "moment").get_attribute("value")) > 2)
+    if play.text == "Pause":
+        play.click()
+    assert play.text == "Play"
+
+
+def test_without_webgl_a_note_stands_in_place_of_the_mission(browser, pages):
+    hide = "HTMLCanvasElement.prototype.getContext = () => null"
+    made = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": hide})
+    browser.get(pages["run"].as_uri())
+    assert browser.find_element(By.ID, "no-webgl").is_displayed()
+    assert not browser.find_element(By.ID, "play").is_displayed()
+    browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", made)
+
+
+def test_the_link_of_a_pair_opens_it(study, pages):
+    row = rows(study)[2]
+    anchor, title = row.get_attribute("id"), row.find_element(By.CSS_SELECTOR, ".title").text
+    study.get("about:blank")
+    study.get(f"{pages['study'].as_uri()}#{anchor}")
+    assert study.find_element(By.ID, "pair").is_displayed()
+    assert study.find_element(By.ID, "pair-title").text.startswith(title)
+    assert study.find_element(By.ID, "link").get_attribute("href").endswith(f"#{anchor}")
+    study.find_element(By.ID, "close").click()
+    WebDriverWait(study, 20).until(lambda _: "#" not in study.current_url)
+
+
+def test_merge_and_truth_stand_in_one_order(study):
+    rows(study)[0].find_element(By.CSS_SELECTOR, "button.open").click()
+    merge, truth = study.find_element(By.CSS_SELECTOR, ".tag.left"), study.find_element(By.CSS_SELECTOR, ".tag.last")
+    first, last = study.find_elements(By.CSS_SELECTOR, ".slide span")
+    assert [one.text for one in (merge, truth)] == [one.text for one in (first, last)] == ["merge", "truth"]
+    assert merge.location["x"] < truth.location["x"] and first.location["x"] < last.location["x"]
+
+
+@pytest.mark.parametrize("name", ["run", "dataset", "benchmark", "study"])
+def test_every_column_fits_1280_pixels(browser, pages, name):
+    size = {"width": 1280, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.get(pages[name].as_uri())
+    wide = "return [...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length"
+    assert browser.execute_script(wide) == 0
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= 1280
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import pytest
 
 from mapquilt.benchmark.files import PAIRS_FILE
 from mapquilt.cli.verbs.report import read_content
+from mapquilt.report.charts import common_charts
 from mapquilt.report.gallery import choose
 from mapquilt.report.page import render_page
 from mapquilt.report.summary import headline
@@ -101,7 +103,7 @@ def test_a_run_without_score_or_merge_says_so(fresh_run):
         (fresh_run / name).unlink()
     content = read_content(fresh_run)
     assert {one.outcome for one in content.answers} == {None}
-    assert "none has been merged yet" in headline(content)
+    assert "None is merged yet" in headline(content)
     assert Page(render_page(content, 1)).open == []
 
 
@@ -173,3 +175,41 @@ def test_the_command_writes_one_file_and_refuses_other_folders(tiny_study, tmp_p
     assert command("report", copy, "--out", tmp_path / "lost.html") == 2
     assert "robot_0" in capsys.readouterr().err
     assert not (tmp_path / "lost.html").exists()
+
+
+def test_curves_of_errors_end_at_the_share_that_was_accepted():
+    """Three right answers and one refusal: the curves end at 75 %."""
+    answers = (*(evaluated(True, GOOD, name=f"{k}") for k in range(3)), evaluated(False, GOOD, name="3"))
+    (chart,) = [one for one in common_charts(answers, of_study=False) if one.heading.startswith("Errors")]
+    for panel in chart.figure.axes:
+        (line,) = panel.lines
+        assert max(line.get_ydata()) == 0.75
+
+
+def test_a_distorted_pair_says_by_how_much_and_not_why(merged_run):
+    """A map drawn at true poses bends by noise alone, so that no cause is claimed."""
+    content = read_content(merged_run)
+    (one,) = content.answers
+    bent = replace(one, distorted=True, truth=replace(one.truth, residual_m=0.314))
+    text = render_page(replace(content, answers=(bent,)), 1)
+    assert "the maps differ in shape: at the best transform, common walls lie 0.31 m apart (RMS)" in text
+    assert "drift" not in text
+
+
+def test_the_report_of_a_run_of_slam_shows_a_pose_graph_of_each_robot(merged_run):
+    content = read_content(merged_run)
+    graphs = [one for one in content.pictures if one.small]
+    assert [one.heading for one in graphs] == ["robot_0", "robot_1"]
+    assert all(re.match(r"\d+ keyframes and \d+ loops?\. ", one.caption) for one in graphs)
+    assert {one.png[:4] for one in graphs} == {b"\x89PNG"}
+
+
+def test_an_unmerged_data_set_shows_the_truth_of_its_pairs(tiny):
+    content = read_content(tiny)
+    (strata,) = content.sheets
+    counted = {row[0]: int(row[1]) for row in strata.rows}
+    assert counted["split: train"] + counted["split: test"] == sum(one.pair.suite != "" for one in content.answers)
+    text = render_page(content, 0)
+    heads = re.findall(r"<button type=\"button\">(.*?)</button>", text)
+    assert {"overlap [%]", "one right answer", "residual [m]", "true scale"} <= set(heads)
+    assert not {"outcome", "confidence"} & set(heads)

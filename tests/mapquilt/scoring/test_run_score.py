@@ -14,7 +14,8 @@ from mapping.ground_truth.truth import MapTruth, PairOverlap, PairTruth
 from mapping.map_set import MapSet
 from mapquilt.cli.tables import print_table
 from mapquilt.cli.verbs.score import score_table
-from mapquilt.evaluation.evaluated_pair import OUTCOMES, PairInfo
+from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair, GroundTruth, PairInfo
+from mapquilt.evaluation.formatting import outcome_text
 from mapquilt.runs.truth_file import RobotOrigin, RunTruth
 from mapquilt.scoring.run_score import RunScore, evaluate_run_pair
 from mapquilt.scoring.score_file import score_bytes
@@ -66,3 +67,23 @@ def test_record_and_table_name_the_outcome(accepted, x, places, outcome, tmp_pat
 def test_displacement_is_in_true_metres_of_the_target():
     (pair,) = scored(True, Similarity2(0.03, 0.04)).pairs
     assert pair.error.displacement_m == pytest.approx(0.05 * A_SCALE)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"accepted": True, "right": False}, "false accept"),
+        ({"accepted": True, "right": False, "distorted": True}, "false accept, distorted"),
+        ({"accepted": True, "right": False, "identifiable": False}, "false accept, ambiguous"),
+        ({"accepted": False, "distorted": True}, "false reject, distorted"),
+        ({"accepted": True, "right": True, "distorted": True}, "true accept"),
+        ({"accepted": False, "identifiable": False}, "true reject"),
+        ({"accepted": True, "negative": True}, "false accept"),
+        ({"accepted": None}, "-"),
+    ],
+)
+def test_a_wrong_verdict_says_what_excuses_it(changes: dict[str, bool], text: str) -> None:
+    known = {name: changes[name] for name in ("accepted", "right", "distorted") if name in changes}
+    transform = None if changes.get("negative") else Similarity2()
+    truth = GroundTruth(transform, identifiable=changes.get("identifiable", True))
+    assert outcome_text(EvaluatedPair(PairInfo("a and b", "a", "b"), truth, "quilt", **known)) == text

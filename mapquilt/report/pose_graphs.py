@@ -1,0 +1,59 @@
+"""Pictures of the pose graphs of a run that SLAM mapped, as ``mapquilt map`` draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from mapping.settings import LOG_ODDS, MappingSettings
+from mapquilt.logs.load_log import LogSource, load_log
+from mapquilt.logs.log_map import LogMap, draw_log
+from mapquilt.logs.map_folder import PICTURE_FILE, map_figure
+from mapquilt.report.content import Picture
+from mapquilt.runs import folder as run_folder
+from mapquilt.viz.png import figure_png
+
+Progress = Callable[[int, int], None]
+
+SLAM = "slam"
+
+
+def pose_graphs(folder: Path, record: dict[str, Any], on_progress: Progress) -> list[Picture]:
+    """Draw the pose graph of each robot, in the frame of its start; none if the run was not mapped by SLAM.
+
+    A run holds no pose graphs, so its logs are mapped again with the settings of its record. Runs of
+    recorded logs have the pictures already. ``on_progress`` gets the scans done and their total.
+    """
+    if record["poses"] != SLAM:
+        return []
+    if record["mission"] is None:
+        files = [(name, folder / name / PICTURE_FILE) for name in run_folder.load_maps(folder).names]
+        return [_picture(name, path.read_bytes(), "") for name, path in files if path.is_file()]
+    settings = MappingSettings(
+        SLAM, record["resolution_m"], record["sensor_model"], record["clear_range_m"], mapper=LOG_ODDS
+    )
+    logs = load_log(folder, LogSource())
+    total, done, pictures = sum(len(log.recorded.log.scans) for log in logs), 0, []
+    for index, log in enumerate(logs):
+        before = done
+        drawn = draw_log(log, settings, lambda scans, before=before: on_progress(before + scans, total), index)  # type: ignore[misc]
+        done += len(log.recorded.log.scans)
+        pictures.append(_picture(log.name, figure_png(map_figure(drawn)), _counts(drawn)))
+    return pictures
+
+
+def _counts(drawn: LogMap) -> str:
+    loops = len(drawn.result.loops)
+    return f"{drawn.result.keyframes.size} keyframes and {loops} loop{'' if loops == 1 else 's'}. "
+
+
+def _picture(name: str, png: bytes, counts: str) -> Picture:
+    return Picture(
+        name,
+        png,
+        f"Map of {name} with the path that SLAM estimated, its keyframes, and a line for each loop",
+        f"{counts}The map in the frame of the robot's start, with the path that SLAM estimated, "
+        "its keyframes as dots, a line for each loop that it closed, and the true path dashed.",
+        small=True,
+    )
