@@ -30,7 +30,9 @@ class ConsensusSettings:
     - ``inlier_distance_cells``: Chen's 5 pixels;
     - ``most_corners``: the strongest corners of each map vote;
     - ``finest_step``: least difference of the rotations [rad] and log scales that are tried;
-    - ``peaks``: so many shifts of each turn and scale, and in all so many corner_consensus, are looked at;
+    - ``coarse_steps``: where no main direction is known, rotations and scales are first tried so many steps apart, then
+      all around the best of those;
+    - ``peaks``, ``fitted``: so many shifts of each turn and scale, and in all so many similarities, are looked at;
     - ``distinct_cells``: mean displacement of the corners from which on two similarities are distinct;
     - ``min_inliers``: a similarity has at least so many corner pairs.
     """
@@ -38,6 +40,7 @@ class ConsensusSettings:
     inlier_distance_cells: float = 5.0
     most_corners: int = 250
     finest_step: float = 1.0 / 60.0
+    coarse_steps: float = 2.0
     peaks: int = 8
     fitted: int = 96
     refits: int = 3
@@ -84,14 +87,18 @@ def corner_consensus(
     coarser = max(1.0, math.sqrt(scale.low * scale.high))
     gate = settings.inlier_distance_cells * coarser
     step = max(gate / (coarser * reach), settings.finest_step)
-    tried = _tried(turns, scale, step)
-    votes = _votes(_complex(there), _complex(here - middle), tried, gate, settings.peaks)
-    strongest = np.argsort(-votes[:, 0].real, kind="stable")[: settings.fitted]
+    ends, limits = (_complex(there), _complex(here - middle)), (gate, settings.peaks, settings.fitted)
+    if turns is None:
+        coarse = _strongest(_votes(*ends, _tried(None, scale, settings.coarse_steps * step), *limits), settings)
+        around = _around(coarse[:, 1], scale, step, settings.coarse_steps)
+        votes = np.concatenate((coarse, _votes(*ends, around, *limits)))
+    else:
+        votes = _votes(*ends, _tried(turns, scale, step), *limits)
     found: list[CornerMatch] = []
     from scipy.spatial import cKDTree  # here: loading it takes a tenth of a merge, and other methods do without
 
     tree = cKDTree(target)
-    for turn, shift in votes[strongest, 1:].tolist():
+    for turn, shift in _strongest(votes, settings)[:, 1:].tolist():
         rough = _similarity(turn, shift - turn * complex(middle[0], middle[1]))
         fit = _refit(target, tree, source, rough, scale, settings)
         if fit is not None and all(_are_distinct(fit, other, source, settings) for other in found):
@@ -108,37 +115,67 @@ def _tried(turns: Sequence[float] | None, scale: ScaleRange, step: float) -> Com
     return np.asarray((sizes[:, None] * np.exp(1j * np.asarray(turns))[None, :]).ravel())
 
 
+def _around(tried: Complex, scale: ScaleRange, step: float, reach: float) -> Complex:
+    """Return the rotations and scales less than ``reach`` steps around those that were tried, each once."""
+    offsets = np.arange(1 - math.ceil(reach), math.ceil(reach)) * step
+    turns, sizes = np.unique(np.stack((np.angle(tried), np.abs(tried)), axis=-1).round(9), axis=0).T
+    near = turns[:, None, None] + offsets[:, None]
+    grown = np.clip(sizes[:, None, None] * np.exp(offsets), scale.low, scale.high)
+    pairs = np.stack(np.broadcast_arrays(near, grown), axis=-1).reshape(-1, 2)
+    turns, sizes = np.unique(pairs.round(9), axis=0).T
+    return np.asarray(sizes * np.exp(1j * turns))
+
+
+def _strongest(votes: Complex, settings: ConsensusSettings) -> Complex:
+    """Select the rows of most votes, of equals the first."""
+    return votes[np.argsort(-votes[:, 0].real, kind="stable")[: settings.fitted]]
+
+
 def _complex(points: Cells) -> Complex:
     return np.asarray(points[:, 0] + 1j * points[:, 1])
 
 
 @njit(cache=True)
-def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks: int) -> Complex:
-    """Return votes, turn and shift (K, 3) of the strongest shifts of each turn; bins of ``gate`` count two by two."""
+def _votes(target: Complex, source: Complex, turns: Complex, gate: float, peaks: int, most: int) -> Complex:
+    """Return votes, turn and shift (K, 3) of the strongest shifts of each turn; bins of ``gate`` count two by two.
+
+    Shifts are left out that ``most`` others before them outdo or equal.
+    """
     found = np.zeros((len(turns) * peaks, 3), np.complex128)
+    count, strongest, least = 0, np.zeros(most, np.int64), 0
+    x, y = target.real / gate, target.imag / gate
     for t in range(len(turns)):
-        moved = source * turns[t]
-        low_x, low_y = target.real.min() - moved.real.max(), target.imag.min() - moved.imag.max()
-        cols = int((target.real.max() - moved.real.min() - low_x) / gate) + 2
-        rows = int((target.imag.max() - moved.imag.min() - low_y) / gate) + 2
-        bins = np.zeros((rows, cols), np.int32)
+        moved = source * (turns[t] / gate)
+        low_x, low_y = x.min() - moved.real.max(), y.min() - moved.imag.max()
+        cols = int(x.max() - moved.real.min() - low_x) + 2
+        rows = int(y.max() - moved.imag.min() - low_y) + 2
+        bins, highest = np.zeros((rows, cols), np.int32), 0
         for i in range(len(moved)):
-            for k in range(len(target)):
-                x, y = target[k].real - moved[i].real - low_x, target[k].imag - moved[i].imag - low_y
-                bins[int(y / gate), int(x / gate)] += 1
-        for peak in range(peaks):
+            off_x, off_y = moved[i].real + low_x, moved[i].imag + low_y
+            for k in range(len(x)):
+                row, col = int(y[k] - off_y), int(x[k] - off_x)
+                bins[row, col] += 1
+                highest = max(highest, bins[row, col])
+        if 4 * highest <= strongest[least]:
+            continue
+        for _ in range(peaks):
             best, best_row, best_col = 0, 0, 0
             for row in range(rows - 1):
+                above = bins[row, 0] + bins[row + 1, 0]
                 for col in range(cols - 1):
-                    sum_ = bins[row, col] + bins[row + 1, col] + bins[row, col + 1] + bins[row + 1, col + 1]
-                    if sum_ > best:
-                        best, best_row, best_col = sum_, row, col
-            if best == 0:
+                    here = bins[row, col + 1] + bins[row + 1, col + 1]
+                    if above + here > best:
+                        best, best_row, best_col = above + here, row, col
+                    above = here
+            if best <= strongest[least]:
                 break
             bins[best_row : best_row + 2, best_col : best_col + 2] = 0
-            shift = complex(low_x + (best_col + 1) * gate, low_y + (best_row + 1) * gate)
-            found[t * peaks + peak, 0], found[t * peaks + peak, 1], found[t * peaks + peak, 2] = best, turns[t], shift
-    return found[found[:, 0].real > 0.0]
+            strongest[least] = best
+            least = int(np.argmin(strongest))
+            shift = complex((low_x + best_col + 1) * gate, (low_y + best_row + 1) * gate)
+            found[count, 0], found[count, 1], found[count, 2] = best, turns[t], shift
+            count += 1
+    return found[:count]
 
 
 def _refit(

@@ -54,6 +54,19 @@ def test_any_rotation_is_found_without_a_main_direction():
     )
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "scale"), [(0, 0.62), (1, 0.87), (2, 1.04), (3, 1.9)])
+def test_the_coarse_search_finds_what_trying_every_rotation_and_scale_finds(seed, scale):
+    rng = np.random.default_rng(seed)
+    truth = Similarity2(5.0, 60.0, rng.uniform(-math.pi, math.pi), scale)
+    target, source = corner_sets(rng, truth, shared=18, others=12)
+    fast = corner_consensus(target, source, None, ScaleRange.free())[0]
+    every = corner_consensus(target, source, None, ScaleRange.free(), ConsensusSettings(coarse_steps=1.0))[0]
+    assert off(fast.target_from_source, truth) < 3.0
+    assert off(fast.target_from_source, every.target_from_source) < 1.0
+    assert fast.inliers >= every.inliers - 1
+
+
 def test_results_are_deterministic_and_sorted_by_inliers():
     target, source = corner_sets(np.random.default_rng(5), Similarity2(1.0, 2.0, math.pi, 1.0))
     one, other = (corner_consensus(target, source, QUARTERS, ScaleRange.known()) for _ in range(2))
