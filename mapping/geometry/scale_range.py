@@ -42,6 +42,11 @@ class ScaleRange:
         return ScaleRange(0.5, 2.0)
 
     @staticmethod
+    def widest() -> ScaleRange:
+        """Return the widest range that can be searched."""
+        return ScaleRange(1.0 / WIDEST, WIDEST)
+
+    @staticmethod
     def parse(text: str) -> ScaleRange | None:
         """Parse the scales that an answer may have: known, free (0.5 to 2), LO:HI, or auto: None, the maps decide.
 

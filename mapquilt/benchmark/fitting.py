@@ -16,9 +16,9 @@ from merge.verification.acceptance import decide, features
 from merge.verification.settings import AcceptanceSettings
 
 RIDGE = 1e-8
-FITTED = ("margin_weight", "contradiction_weight", "threshold")
-SIGNS = np.array([1.0, -1.0])
-"""Contradiction lowers the log-odds."""
+FITTED = ("margin_weight", "contradiction_weight", "conflict_weight", "threshold")
+SIGNS = np.array([1.0, -1.0, -1.0])
+"""Contradiction and conflict lower the log-odds."""
 
 LEAST_OVERLAP = OVERLAPS[1][0]
 
@@ -27,8 +27,7 @@ def fit_acceptance(
     pairs: Sequence[EvaluatedPair],
     start: AcceptanceSettings = AcceptanceSettings(),
 ) -> AcceptanceSettings:
-    """Fit ``margin_weight``, ``contradiction_weight`` and ``threshold`` of ``start`` by logistic regression, the first
-    two not negative.
+    """Fit the three weights and ``threshold`` of ``start`` by logistic regression, the weights not negative.
 
     ``pairs`` are one method's answers. Three groups weigh a third each: overlap of at least 30 %, overlap of 15 to
     30 %, and all pairs that should be refused, those counted that other rules refuse. The model predicts that the

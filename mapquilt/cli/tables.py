@@ -17,6 +17,9 @@ PLAIN_WIDTH = 80
 """Columns if the output is not a terminal."""
 
 
+LEAST_CONTRADICTION = 0.03
+"""Share of contradicting walls that is worth a note."""
+
 LEAST_DOUBLED = 0.01
 """Share of doubled walls that is worth a warning."""
 
@@ -83,13 +86,23 @@ def doubled_walls(result: MergeResult, written: bool) -> tuple[str, ...]:
 
 
 def _note(pair: PairResult) -> tuple[str, ...]:
-    """Return the reason of a refusal, or who accepted a pair that was not accepted by itself."""
+    """Return the reason of a refusal, or who accepted a pair that was not accepted by itself, and what contradicts."""
+    against = _contradiction(pair)
     if pair.remark is not None:
-        return (f"refused: {pair.remark}" if not pair.accepted else pair.remark,)
+        return (f"refused: {pair.remark}" if not pair.accepted else pair.remark, *against)
     if pair.decided_by == "pair":
-        return ()
+        return against
     alone = f", alone refused: {pair.pair_refusal}" if pair.pair_refusal else ""
-    return (f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}",)
+    return (f"accepted by the {'team' if pair.decided_by == 'team' else 'start poses'}{alone}", *against)
+
+
+def _contradiction(pair: PairResult) -> tuple[str, ...]:
+    """Name the walls in the free space of the other map, if they are worth a note."""
+    evidence = pair.evidence
+    if evidence is None or (evidence.local_violation or 0.0) < LEAST_CONTRADICTION:
+        return ()
+    pieces = f", {evidence.conflict_cells:.0f} cells of them in long pieces" if evidence.conflict_cells else ""
+    return (f"{100.0 * (evidence.local_violation or 0.0):.0f} % of the common walls lie in free space{pieces}",)
 
 
 def _place(

@@ -45,8 +45,8 @@ def _align_patches(
     patchwise = settings.patchwise
     diagonal = smaller_diagonal(target, source, answer.scale)
     on_source, on_target = [np.empty((0, 2))], [np.empty((0, 2))]
-    for members in _patches(source, patchwise.patch_share * diagonal / answer.scale, patchwise.min_points):
-        local = _align_patch(target, source, answer, members, diagonal, patchwise, settings.icp.line_weight)
+    for members in patches(source, patchwise.patch_share * diagonal / answer.scale, patchwise.min_points):
+        local = align_patch(target, source, answer, members, diagonal, patchwise, settings.icp.line_weight)
         if local is None:
             continue
         hit = members[_is_near(target, source, local, members, patchwise.gate_shares[-1] * diagonal)]
@@ -56,7 +56,7 @@ def _align_patches(
     return np.concatenate(on_source), np.concatenate(on_target)
 
 
-def _patches(source: PreparedMap, side: float, min_points: int) -> list[NDArray[np.intp]]:
+def patches(source: PreparedMap, side: float, min_points: int) -> list[NDArray[np.intp]]:
     """List the indices of the wall points in each square patch."""
     cells = np.floor((source.points - source.middle) / side).astype(np.int64)
     _, patch = np.unique(cells, axis=0, return_inverse=True)
@@ -65,7 +65,7 @@ def _patches(source: PreparedMap, side: float, min_points: int) -> list[NDArray[
     return [part for part in parts if len(part) >= min_points]
 
 
-def _align_patch(
+def align_patch(
     target: PreparedMap,
     source: PreparedMap,
     answer: Similarity2,

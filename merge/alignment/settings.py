@@ -75,6 +75,20 @@ class PatchwiseSettings:
 
 
 @dataclass(frozen=True)
+class ContradictionSettings:
+    """When walls in the free space of the other map are a conflict.
+
+    ``min_piece_tolerances`` [of the loosest tolerance]: their connected pieces extend at least so far, 7 % of the
+    smaller map's diagonal. Shorter ones are trees and furniture that one robot saw and the other did not.
+    """
+
+    min_piece_tolerances: float = 5.0
+
+    def __post_init__(self) -> None:
+        require_valid(self)
+
+
+@dataclass(frozen=True)
 class HypothesisSettings:
     """The way from proposals to a few refined hypotheses; shares are of the smaller map's diagonal.
 
@@ -131,4 +145,5 @@ class AlignmentSettings:
     quick: CoarseToFineSettings = field(default_factory=lambda: CoarseToFineSettings(max_points=500, last_steps=3))
     careful: CoarseToFineSettings = field(default_factory=CoarseToFineSettings)
     patchwise: PatchwiseSettings = field(default_factory=PatchwiseSettings)
+    contradiction: ContradictionSettings = field(default_factory=ContradictionSettings)
     hypotheses: HypothesisSettings = field(default_factory=HypothesisSettings)

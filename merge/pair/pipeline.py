@@ -12,7 +12,9 @@ import numpy as np
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.seeds import Role, stream
+from merge.alignment.contradiction import measure_contradiction
 from merge.alignment.hypotheses import (
     Hypothesis,
     are_distinct,
@@ -23,6 +25,7 @@ from merge.alignment.hypotheses import (
     refine_with_care,
     tightest_tolerance,
 )
+from merge.alignment.settings import AlignmentSettings
 from merge.methods import Proposer
 from merge.pair.feature_cache import FeatureCache, MapFeatures, metres_from_prepared
 from merge.pair.task import CanonicalOrder, PairTask, to_result
@@ -41,28 +44,81 @@ from merge.verification.uncertainty import uncertainty
 
 
 def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
-    """Match one pair. The answer depends neither on other maps nor on which of the two comes first."""
+    """Match one pair. The answer depends neither on other maps nor on which of the two comes first.
+
+    A refusal says so if the maps fit at a scale that was not searched, or if one of them is mirrored.
+    """
     features = task.features(cache)
     answer = _answer(*features, task.in_cells(task.scale, features), task.settings, task.seed)
-    if answer.verdict.accepted or task.settings.scale is not None or not task.scale.fixed:
+    if answer.verdict.accepted or task.settings.as_published or answer.score == 0.0:
         return to_result(task, answer, features)
-    return to_result(task, _at_another_scale(task, features) or answer, features)
+    return to_result(
+        task, _at_another_scale(task, features) or _if_mirrored(task, features, answer) or answer, features
+    )
 
 
 def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
-    """Return a refusal that states the scale at which the maps match, if they match at another than they state.
+    """Return a refusal that states the scale at which the maps match, if they match at one that was not searched.
 
     None if they do not. Only the first proposer is asked, to save time.
     """
-    answer = _answer(*features, task.in_cells(ScaleRange.free(), features), task.settings, task.seed, proposers=1)
-    if not answer.verdict.accepted:
+    answer = _quick_answer(*features, task.in_cells(ScaleRange.widest(), features), task.settings, task.seed)
+    if answer is None or not answer.verdict.accepted:
         return None
     found = to_result(task, answer, features).target_from_source
-    if found is None or abs(math.log(found.scale)) < task.settings.pair.same_log_scale:
+    if found is None or abs(math.log(found.scale / task.scale.clip(found.scale))) < task.settings.pair.same_log_scale:
         return None
-    return dataclasses.replace(
-        answer, verdict=Verdict.refuse(Reason.OTHER_SCALE, detail=f", {found.scale:.3g} times that")
-    )
+    if task.scale.fixed and task.settings.scale is None:
+        refused = Verdict.refuse(Reason.OTHER_SCALE, detail=f", {found.scale:.3g} times that")
+    else:
+        searched = f"{task.scale.low:g} to {task.scale.high:g}" if not task.scale.fixed else f"{task.scale.low:g}"
+        refused = Verdict.refuse(Reason.OUTSIDE_SCALES, detail=f", {searched}: {found.scale:.3g}")
+    return dataclasses.replace(answer, verdict=refused)
+
+
+def _if_mirrored(task: PairTask, features: tuple[MapFeatures, MapFeatures], answer: PairAnswer) -> PairAnswer | None:
+    """Refuse the answer because one map is a mirror image, if they match so; None if they do not.
+
+    The answer competes with the mirrored one, because a symmetric building fits either way.
+    """
+    target, source = features
+    if CanonicalOrder(target.prepared.grid) <= CanonicalOrder(source.prepared.grid):
+        source = _mirrored(source, task)
+    else:
+        target = _mirrored(target, task)
+    scale = task.in_cells(task.scale, (target, source))
+    mirrored = _quick_answer(target, source, scale, task.settings, task.seed)
+    if mirrored is None or mirrored.evidence is None:
+        return None
+    second_best = max(mirrored.evidence.second_best_score, answer.score)
+    competing = dataclasses.replace(mirrored.evidence, second_best_score=second_best)
+    if not decide(competing, task.settings.acceptance).accepted:
+        return None
+    return dataclasses.replace(answer, verdict=Verdict.refuse(Reason.MIRRORED))
+
+
+def _mirrored(features: MapFeatures, task: PairTask) -> MapFeatures:
+    """Return the features of the mirrored map, by the first proposer."""
+    grid = features.prepared.grid
+    mirrored = PreparedMap(OccupancyGrid(grid.frame, grid.log_odds[:, ::-1]), task.settings.preparation)
+    return MapFeatures(mirrored, (task.settings.chosen_proposers[0].describe(mirrored),))
+
+
+def _quick_answer(
+    target: MapFeatures, source: MapFeatures, scale: ScaleRange, settings: MergeSettings, seed: int
+) -> PairAnswer | None:
+    """Merge the pair by the first proposer; None if nothing that it proposes could be accepted."""
+    if CanonicalOrder(target.prepared.grid) > CanonicalOrder(source.prepared.grid):
+        swapped = _quick_answer(source, target, scale.inverse(), settings, seed)
+        return None if swapped is None else swapped.inverse()
+    proposer, maps = settings.chosen_proposers[0], (target.prepared, source.prepared)
+    if _has_little_structure(*maps, settings):
+        return None
+    proposals = proposer.propose(target.descriptions[0], source.descriptions[0], scale, stream(seed, Role.MERGE))
+    rough = refine_proposals(*maps, proposals, scale, settings.alignment)
+    if not rough or rough[0].overlap.score < settings.acceptance.min_score:
+        return None
+    return _answer(target, source, scale, settings, seed, proposers=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +276,7 @@ def _best_answer(
     answer = best.target_from_source
     uncertain = uncertainty(target, source, answer, scale, settings.uncertainty, alignment.overlap)
     second_best = others[0].score if others else 0.0
-    evidence = _evidence(target, source, best, level, second_best, uncertain.precision_probability)
+    evidence = _evidence(target, source, best, level, second_best, uncertain.precision_probability, alignment)
     verdict = decide(evidence, settings.acceptance)
     return PairAnswer(answer, evidence, verdict, uncertain, tuple(others[: settings.pair.alternatives]))
 
@@ -232,8 +288,10 @@ def _evidence(
     level: int,
     second_best_score: float,
     precision_probability: float,
+    settings: AlignmentSettings,
 ) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
+    contradiction = measure_contradiction(target, source, best.target_from_source, level, settings)
     walls = best.overlaps[level]
     return Evidence(
         acceptance_index=cells.acceptance_index,
@@ -251,4 +309,7 @@ def _evidence(
         matches=best.proposal.matches,
         inliers=best.proposal.inliers,
         votes=best.proposal.votes,
+        local_violation=contradiction.violation_ratio,
+        conflict_ratio=contradiction.conflict_ratio,
+        conflict_cells=contradiction.conflict_cells,
     )

@@ -24,6 +24,10 @@ class Evidence:
     - ``second_best_score``: score of the best hypothesis elsewhere, 0 if there was none;
     - ``precision_probability``: probability, by the answer's covariance, that an answer at the right place is within 2
       degrees of rotation and 3 % of scale;
+    - ``local_violation``: share of the walls in the overlap that lie in the other map's free space although every part
+      of the maps was aligned by itself, so that drift does not explain it (``Contradiction``);
+    - ``conflict_ratio``: share of them in long connected pieces; ``conflict_cells``: their number, in cells of the
+      coarser map. The three are None in records of older versions;
     - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
     - ``votes``: number of proposals that converged to this answer.
     """
@@ -43,3 +47,6 @@ class Evidence:
     matches: int | None
     inliers: int | None
     votes: int
+    local_violation: float | None = None
+    conflict_ratio: float | None = None
+    conflict_cells: float | None = None

@@ -17,6 +17,8 @@ class Reason(Enum):
     AMBIGUOUS = "ambiguous"
     IMPRECISE = "imprecise"
     OTHER_SCALE = "other_scale"
+    OUTSIDE_SCALES = "outside_scales"
+    MIRRORED = "mirrored"
     CONTRADICTS_PRIOR = "contradicts_prior"
     CONTRADICTS_TEAM = "contradicts_team"
     NO_PREDICTED_OVERLAP = "no_predicted_overlap"
@@ -37,6 +39,8 @@ _TEXTS = {
     Reason.AMBIGUOUS: "two answers equally good",
     Reason.IMPRECISE: "the place is found, but too little structure in common to tell it exactly",
     Reason.OTHER_SCALE: "fits only at another scale than the maps state",
+    Reason.OUTSIDE_SCALES: "fits only at a scale outside of the searched range",
+    Reason.MIRRORED: "fits only mirrored: one of the two maps is a mirror image",
     Reason.CONTRADICTS_PRIOR: "contradicts the given start poses",
     Reason.CONTRADICTS_TEAM: "contradicts the rest of the team",
     Reason.NO_PREDICTED_OVERLAP: "not tried: they share too little where the team puts them",
@@ -45,7 +49,7 @@ _TEXTS = {
     Reason.PUBLISHED_RULE: "",
     Reason.LOW_CONFIDENCE: "confidence is below the asked",
 }
-_WITH_DETAIL = (Reason.OTHER_SCALE, Reason.LOW_CONFIDENCE)
+_WITH_DETAIL = (Reason.OTHER_SCALE, Reason.OUTSIDE_SCALES, Reason.LOW_CONFIDENCE)
 
 
 @dataclass(frozen=True)

@@ -37,15 +37,20 @@ def margin(evidence: Evidence) -> float:
     return max(0.0, evidence.score - evidence.second_best_score)
 
 
-def features(evidence: Evidence, settings: AcceptanceSettings) -> tuple[float, float]:
-    """Return the margin and the contradiction that the weights multiply, each cut at its cap."""
-    contradiction = (evidence.deep_free_space_violation or 0.0) * evidence.overlap
-    return min(margin(evidence), settings.margin_cap), min(contradiction, settings.contradiction_cap)
+def features(evidence: Evidence, settings: AcceptanceSettings) -> tuple[float, float, float]:
+    """Return the margin, the contradiction and the conflict that the weights multiply; caps cut the first two."""
+    contradiction = min(evidence.local_violation or 0.0, settings.contradiction_cap)
+    return min(margin(evidence), settings.margin_cap), contradiction, evidence.conflict_ratio or 0.0
 
 
 def _log_odds(evidence: Evidence, settings: AcceptanceSettings) -> float:
-    margin_, contradiction = features(evidence, settings)
-    return settings.margin_weight * margin_ - settings.contradiction_weight * contradiction - settings.threshold
+    return settings.margin_weight * features(evidence, settings)[0] - _against(evidence, settings) - settings.threshold
+
+
+def _against(evidence: Evidence, settings: AcceptanceSettings) -> float:
+    """Return the log-odds that an answer loses by contradiction."""
+    _, contradiction, conflict = features(evidence, settings)
+    return settings.contradiction_weight * contradiction + settings.conflict_weight * conflict
 
 
 def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[Reason, float, float], ...]:
@@ -59,9 +64,12 @@ def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[Rea
 
 
 def _lacking(evidence: Evidence, settings: AcceptanceSettings) -> Reason:
-    without_rival = min(evidence.score, settings.margin_cap)
-    if margin(evidence) < without_rival and evidence.score >= settings.min_score:
-        return Reason.AMBIGUOUS
+    if evidence.score >= settings.min_score:
+        without_rival = min(evidence.score, settings.margin_cap)
+        by_rival = settings.margin_weight * (without_rival - min(margin(evidence), settings.margin_cap))
+        if by_rival > _against(evidence, settings):
+            return Reason.AMBIGUOUS
+        return Reason.FREE_SPACE_VIOLATION
     share = evidence.wall_inlier_ratio or 0.0
     by_contradiction, by_little_overlap = 1.0 - share**2, share**2 - evidence.score
     return Reason.FREE_SPACE_VIOLATION if by_contradiction > by_little_overlap else Reason.LITTLE_OVERLAP

@@ -101,6 +101,24 @@ def measure_wall_overlap_by_tolerance(
     return _measure(target, source, target_from_source, max_points, settings, levels)
 
 
+def classify_walls(
+    below: PreparedMap,
+    above: PreparedMap,
+    members: NDArray[np.intp],
+    below_from_above: Similarity2,
+    tolerance: float,
+    min_cosine: float = WallOverlapSettings.min_normal_cosine,
+) -> NDArray[np.float64]:
+    """Classify wall points of ``above``, by index (N,), under a transform: (N, 3), of which at most one is 1.
+
+    They lie on a wall of ``below`` with the same orientation, just in front of one with the opposite orientation, or
+    deeper than ``tolerance`` [cells of ``below``] in its free space.
+    """
+    return _classify(
+        below.surface, above.surface, members, below_from_above.matrix(), np.array([tolerance]), min_cosine
+    )
+
+
 def _measure(
     target: PreparedMap,
     source: PreparedMap,
@@ -193,6 +211,21 @@ def _count_wall_overlap(
             elif deep > tolerance:
                 counts[level, 2] += 1.0
     return counts, scatter
+
+
+@njit(cache=True)
+def _classify(
+    below: Surface,
+    above: Surface,
+    members: NDArray[np.intp],
+    matrix: NDArray[np.float64],
+    tolerances: NDArray[np.float64],
+    min_cosine: float,
+) -> NDArray[np.float64]:
+    classes = np.zeros((len(members), 3))
+    for k in range(len(members)):
+        classes[k] = _count_wall_overlap(below, above, members[k : k + 1], matrix, tolerances, min_cosine)[0][0]
+    return classes
 
 
 @njit(cache=True)

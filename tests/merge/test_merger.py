@@ -18,7 +18,18 @@ from merge.pair.task import PairTask
 from merge.preparation.settings import PreparationSettings
 from merge.records.verdict import Reason
 from merge.verification.settings import AcceptanceSettings
-from tests.merge.rooms import CELL, cave, corridor, equal_rooms, hall, observed, random_similarity, rooms, viewpoints
+from tests.merge.rooms import (
+    CELL,
+    World,
+    cave,
+    corridor,
+    equal_rooms,
+    hall,
+    observed,
+    random_similarity,
+    rooms,
+    viewpoints,
+)
 
 QUILT = MergeSettings(method="quilt")
 WIDTH, HEIGHT = 16.0, 11.0
@@ -293,6 +304,46 @@ def two_maps(world, seed, parts, number=30):
         for frame, part in zip(frames, parts, strict=True)
     ]
     return map_set(grids), frames[0] @ frames[1].inverse()
+
+
+def mirrored(grid):
+    """Turn the picture of a map over; its frame stays."""
+    return OccupancyGrid(grid.frame, grid.log_odds[:, ::-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize("trusted", [True, False])
+def test_a_mirrored_map_is_refused_and_named(order, trusted):
+    maps, _ = team(3)
+    grids = maps.grids[0], mirrored(maps.grids[1])
+    pair = quilted(MapSet(("a", "b"), tuple(grids[k] for k in order), ("m", "m"), trusted)).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, Reason.MIRRORED)
+
+
+@pytest.mark.slow
+def test_a_place_that_is_its_own_mirror_image_is_not_called_mirrored():
+    """Both answers are as good mirrored as not; a quarter of the hall tells nothing else."""
+    half = hall().walls
+    world = World(half | half[:, ::-1])
+    maps, _ = two_maps(world, 0, [((0.3, 0.3), (13.7, 8.7))] * 2)
+    pair = quilted(maps).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, Reason.AMBIGUOUS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scale", "says"), [(ScaleRange(0.8, 1.25), ", 0.8 to 1.25: 1.7"), (ScaleRange.known(), ", 1: 1.7")]
+)
+def test_a_scale_outside_of_the_searched_range_is_named(scale, says):
+    maps, _ = team(3)
+    grid = maps.grids[1]
+    frame = GridFrame(grid.frame.resolution / 1.7, grid.frame.origin, grid.frame.shape)
+    two = MapSet(("a", "b"), (maps.grids[0], OccupancyGrid(frame, grid.log_odds)), ("m", "m"))
+    pair = merge_maps(two, MergeSettings(scale=scale)).pairs[0]
+    assert (pair.accepted, pair.reason) == (False, Reason.OUTSIDE_SCALES)
+    assert says in pair.reason_text
+    assert pair.target_from_source.scale == pytest.approx(1.7, rel=0.02)
 
 
 @pytest.mark.slow

@@ -87,13 +87,16 @@ def corner_consensus(
     coarser = max(1.0, math.sqrt(scale.low * scale.high))
     gate = settings.inlier_distance_cells * coarser
     step = max(gate / (coarser * reach), settings.finest_step)
-    ends, limits = (_complex(there), _complex(here - middle)), (gate, settings.peaks, settings.fitted)
+
+    def votes_for(tried: Complex) -> Complex:
+        return _votes(_complex(there), _complex(here - middle), tried, gate, settings.peaks, settings.fitted)
+
     if turns is None:
-        coarse = _strongest(_votes(*ends, _tried(None, scale, settings.coarse_steps * step), *limits), settings)
+        coarse = _strongest(votes_for(_tried(None, scale, settings.coarse_steps * step)), settings)
         around = _around(coarse[:, 1], scale, step, settings.coarse_steps)
-        votes = np.concatenate((coarse, _votes(*ends, around, *limits)))
+        votes = np.concatenate((coarse, votes_for(around)))
     else:
-        votes = _votes(*ends, _tried(turns, scale, step), *limits)
+        votes = votes_for(_tried(turns, scale, step))
     found: list[CornerMatch] = []
     from scipy.spatial import cKDTree  # here: loading it takes a tenth of a merge, and other methods do without
 

@@ -20,7 +20,7 @@ from merge.verification.acceptance import decide
 from merge.verification.settings import AcceptanceSettings
 from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
 
-TRUE = AcceptanceSettings(margin_weight=24.0, contradiction_weight=90.0, threshold=2.0)
+TRUE = AcceptanceSettings(margin_weight=24.0, contradiction_weight=90.0, conflict_weight=20.0, threshold=2.0)
 EVIDENCE = Evidence(0.9, 0.95, 0.03, 0.01, 2e4, 0.5, 4.0, 900.0, 0.4, 0.7, 0.3, 1.0, None, None, 3)
 
 
@@ -32,7 +32,8 @@ def drawn(number: int, seed: int = 0, true: AcceptanceSettings = TRUE, **fields:
         score = rng.uniform(0.1, 1.0)
         measured = {
             "second_best_score": score * rng.uniform(0.3, 1.1),
-            "deep_free_space_violation": rng.uniform(0.0, 0.04),
+            "local_violation": rng.uniform(0.0, 0.04),
+            "conflict_ratio": rng.uniform(0.0, 0.1),
         }
         found = dataclasses.replace(EVIDENCE, score=score, **measured | fields)
         right = rng.random() < decide(found, true).confidence
@@ -44,6 +45,7 @@ def test_the_constants_that_made_the_answers_are_found_again():
     fitted = fit_acceptance(drawn(8000))
     assert fitted.margin_weight == pytest.approx(TRUE.margin_weight, abs=1.5)
     assert fitted.contradiction_weight == pytest.approx(TRUE.contradiction_weight, rel=0.2)
+    assert fitted.conflict_weight == pytest.approx(TRUE.conflict_weight, rel=0.2)
     assert fitted.threshold == pytest.approx(TRUE.threshold, abs=0.6)
     assert fitted.min_overlap == AcceptanceSettings().min_overlap
 

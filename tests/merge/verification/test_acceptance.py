@@ -25,6 +25,9 @@ GOOD = Evidence(
     matches=60,
     inliers=12,
     votes=6,
+    local_violation=0.005,
+    conflict_ratio=0.0,
+    conflict_cells=0.0,
 )
 
 
@@ -40,8 +43,13 @@ def test_good_evidence_is_accepted_without_a_reason():
         ({"score": 0.2, "second_best_score": 0.05}, Reason.LITTLE_OVERLAP),
         ({"score": 0.29, "second_best_score": 0.0, "wall_inlier_ratio": 0.6}, Reason.FREE_SPACE_VIOLATION),
         (
-            {"score": 0.5, "second_best_score": 0.42, "wall_inlier_ratio": 0.8, "deep_free_space_violation": 0.1},
+            {"score": 0.5, "second_best_score": 0.42, "wall_inlier_ratio": 0.8, "local_violation": 0.02},
             Reason.AMBIGUOUS,
+        ),
+        ({"local_violation": 0.15, "conflict_ratio": 0.08}, Reason.FREE_SPACE_VIOLATION),
+        (
+            {"second_best_score": 0.51, "local_violation": 0.05, "conflict_ratio": 0.02, "overlap": 0.15},
+            Reason.FREE_SPACE_VIOLATION,
         ),
         ({"inlier_length_cells": 20.0}, Reason.LITTLE_STRUCTURE),
         ({"normal_isotropy": 0.01}, Reason.PARALLEL_WALLS),
@@ -81,12 +89,14 @@ def test_a_bad_bound_is_named(name, value):
         AcceptanceSettings(**{name: value})
 
 
-def test_contradiction_weighs_more_with_overlap_up_to_the_limit_for_distorted_maps():
-    def confidence(deep: float, overlap: float = 0.3) -> float:
-        return decide(dataclasses.replace(GOOD, deep_free_space_violation=deep, overlap=overlap)).confidence
+def test_contradiction_weighs_the_same_however_little_overlaps():
+    def confidence(violation: float, conflict: float = 0.0, overlap: float = 0.3) -> float:
+        found = dataclasses.replace(GOOD, local_violation=violation, conflict_ratio=conflict, overlap=overlap)
+        return decide(found).confidence
 
-    assert confidence(0.04, overlap=0.5) < confidence(0.04) < confidence(0.0)
-    assert confidence(0.4) == confidence(0.8)
+    assert confidence(0.04, overlap=0.9) == confidence(0.04, overlap=0.15) < confidence(0.02) < confidence(0.0)
+    assert confidence(0.1) == confidence(0.2) > 0.6  # scattered objects that only one robot saw
+    assert confidence(0.1) > confidence(0.1, 0.01) > 0.6 > confidence(0.1, 0.05) > confidence(0.2, 0.2)
 
 
 def test_no_inlier_length_is_refused_without_a_crash():
@@ -97,5 +107,6 @@ def test_no_inlier_length_is_refused_without_a_crash():
 @pytest.mark.parametrize("reason", Reason)
 def test_the_text_of_a_refusal_is_read_back(reason):
     for refusal in (Refusal(reason, ", 1.6 times that"), Refusal(reason)):
-        if not refusal.detail or reason in (Reason.OTHER_SCALE, Reason.LOW_CONFIDENCE, Reason.PUBLISHED_RULE):
+        with_detail = (Reason.OTHER_SCALE, Reason.OUTSIDE_SCALES, Reason.LOW_CONFIDENCE, Reason.PUBLISHED_RULE)
+        if not refusal.detail or reason in with_detail:
             assert Refusal.from_text(str(refusal)) == refusal
