@@ -14,11 +14,10 @@ from mapquilt.evaluation.aggregation import Aggregate, aggregate
 from mapquilt.evaluation.calibration import Calibration, calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.statistics import Interval, ratio_of_medians
+from merge.settings import PUBLISHED, MergeSettings
 
-REFERENCE = "orb"
-"""The method whose time is the unit."""
-
-AS_PUBLISHED = "as published"
+REFERENCE = MergeSettings("orb", as_published=True).title
+"""The method whose time is the unit: plain ORB alone, without the common verification."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def build_results(answers: Sequence[EvaluatedPair], seed: int) -> BenchmarkResul
         for together in by_stratum
         for method, stratum in zip(methods, together, strict=True)
     ]
-    calibrated = [calibration(found) for method, found in by_method.items() if not method.endswith(AS_PUBLISHED)]
+    calibrated = [calibration(found) for method, found in by_method.items() if not method.endswith(PUBLISHED)]
     return BenchmarkResults(
         methods, tuple(answers), tuple(results), tuple(found for found in calibrated if found is not None)
     )

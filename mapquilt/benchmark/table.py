@@ -7,14 +7,15 @@ from itertools import groupby
 
 from rich.table import Table
 
-from mapquilt.benchmark.results import REFERENCE, BenchmarkResults, StratumResult, Timing
+from mapquilt.benchmark.results import BenchmarkResults, StratumResult, Timing
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
 from mapquilt.viz.text_table import plain_table
+from merge.settings import PUBLISHED
 
 COLUMNS = (
-    *("stratum", "method", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),
-    f"x {REFERENCE}",
+    *("stratum", "method", "ran", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),
+    "x orb alone",
 )
 CALIBRATION_COLUMNS = ("method", "pairs", "Brier", "base rate", "ECE", "AUC", "NEES")
 
@@ -23,6 +24,7 @@ Right: within 2 degrees, 3 % of scale and a mean displacement of the common cell
 True accepts: right and accepted. Shares in per cent with Wilson's 95 % interval. False accepts: accepted answers that
 are not right, any accepted negative among them; then the upper end of the share's interval in per cent. deg, %, cells:
 median errors of the right answers. s: median processor time of a pair on one thread; the ratio is that of medians.
+Ran: alone, by the method's own rule as published, or verified, with the common verification, refinement and acceptance.
 """
 
 OVER_MISSIONS = """\
@@ -44,7 +46,7 @@ def markdown(results: BenchmarkResults) -> str:
 
 
 def _markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    rule = ["---" if column in ("stratum", "method") else "---:" for column in columns]
+    rule = ["---" if column in ("stratum", "method", "ran") else "---:" for column in columns]
     return "".join("| " + " | ".join(cells) + " |\n" for cells in (columns, rule, *rows))
 
 
@@ -55,7 +57,7 @@ def stratum_cells(row: StratumResult) -> tuple[str, ...]:
     medians = [(errors["rotation_deg"], 3), (errors["scale_percent"], 3), (errors["displacement_cells"], 2)]
     return (
         row.stratum,
-        row.method,
+        *_name_and_way(row.method),
         str(found.pairs),
         share_text(found.right, over.get("right")),
         share_text(found.true_accepts, over.get("true_accepts")),
@@ -64,6 +66,11 @@ def stratum_cells(row: StratumResult) -> tuple[str, ...]:
         number_text(None if row.timing is None else row.timing.median_s, 3),
         _ratio_text(row.timing),
     )
+
+
+def _name_and_way(method: str) -> tuple[str, str]:
+    """Split the title of a method into its name and the way in which it ran."""
+    return method.removesuffix(PUBLISHED), "alone" if method.endswith(PUBLISHED) else "verified"
 
 
 def _ratio_text(timing: Timing | None) -> str:
@@ -81,13 +88,13 @@ def calibration_cells(found: Calibration) -> tuple[str, ...]:
 def terminal_table(results: BenchmarkResults) -> Table:
     """Tabulate all positives, all negatives, and every pair in 80 columns: counts, median error and time."""
     names = ("pairs", "true\naccepts\n[%]", "false\naccepts", "error\n[cells]", "time\n[s]")
-    table = plain_table(("stratum", False), ("method", False), *((name, True) for name in names))
+    table = plain_table(("stratum", False), ("method", False), ("ran", False), *((name, True) for name in names))
     for row in results.strata:
         if row.stratum == "all":
             share, error = row.aggregate.true_accepts, row.aggregate.errors_right["displacement_cells"]
             table.add_row(
                 row.group,
-                row.method,
+                *_name_and_way(row.method),
                 str(row.aggregate.pairs),
                 number_text(None if share is None else 100.0 * share.value, 1),
                 str(row.aggregate.false_accepts.count if row.aggregate.false_accepts else 0),

@@ -22,6 +22,8 @@ from merge.methods import published_names
 from merge.settings import MergeSettings
 
 TASKS_FILE = "tasks.json"
+UNIT = "orb"
+"""The method whose time alone is the unit."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class TrialTask:
 def chosen_methods(names: Sequence[str], scale: ScaleRange | None, as_published: bool) -> tuple[MergeSettings, ...]:
     """Build the settings of each method; ``as_published`` adds those that decide for themselves a second time.
 
+    Plain ORB always runs alone as well, since its time is the unit.
+
     Raises ``ValueError`` naming an unknown method, or one that is named twice.
     """
     for name in names:
@@ -45,7 +49,7 @@ def chosen_methods(names: Sequence[str], scale: ScaleRange | None, as_published:
     chosen = []
     for name in names:
         chosen.append(MergeSettings(name, scale))
-        if as_published and name in published_names():
+        if name == UNIT or (as_published and name in published_names()):
             chosen.append(MergeSettings(name, scale, as_published=True))
     return tuple(chosen)
 

@@ -54,7 +54,7 @@ def test_pictures_and_table_are_there(made):
     for picture in ("reliability.png", "sheets/orb-01.png", "sheets/orb-as-published-01.png"):
         assert cv2.imread(str(folder / picture)) is not None, picture
     table = (folder / "table.md").read_text()
-    assert "| all | orb as published | 2 | 100.0 (34.2 to 100.0) |" in table
+    assert "| all | orb | alone | 2 | 100.0 (34.2 to 100.0) |" in table
     assert "## Calibration" in table
     seconds = json.loads((folder / "timings.json").read_text())["pairs"]
     assert len(seconds) == 6
@@ -67,7 +67,8 @@ def test_the_same_call_gives_the_same_bytes_but_for_times_and_replaces_the_old(m
     (out / "old.txt").touch()
     assert command(*arguments, out) == 0
     assert hashes(out, but=TIMED) == before
-    assert "orb as published" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "alone" in printed and "verified" in printed
 
 
 def test_after_an_interruption_the_same_command_continues(made, pairs_file, tmp_path, monkeypatch):
@@ -90,6 +91,11 @@ def test_after_an_interruption_the_same_command_continues(made, pairs_file, tmp_
     assert answered == [0, 1, 2]
     assert hashes(tmp_path / "out", but=TIMED) == hashes(out, but=TIMED)
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_plain_orb_also_runs_alone_since_its_time_is_the_unit():
+    titles = [settings.title for settings in trials.chosen_methods(("quilt", "orb"), None, as_published=False)]
+    assert titles == ["quilt", "orb", "orb as published"]
 
 
 def test_the_number_of_threads_is_restored(made, pairs_file, tmp_path):
