@@ -19,18 +19,15 @@ class LoopEvidence:
     """Measurements by which a loop was accepted.
 
     - ``overlap``: share of the query's points that lie in the target's mapped area, 0 to 1;
-    - ``likelihood``: mean likelihood of the query's points in the target's field, 0 to 1;
     - ``agreement``: smaller of the two directions' share of points that hit a wall among those that hit one or pass
       through it, 0 to 1;
-    - ``runner_up``: likelihood of the best other place, relative to the accepted one;
-    - ``mahalanobis_squared``: squared distance from the pose that the graph predicted.
+    - ``runner_up``: likelihood of the best other place, or of one beside it in the least certain direction, relative to
+      the accepted one.
     """
 
     overlap: float
-    likelihood: float
     agreement: float
     runner_up: float
-    mahalanobis_squared: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,7 +46,9 @@ class LocalMapSettings:
     - ``voxel_deviations``: side of a voxel in standard deviations of a range of 4 m, within ``least_voxel`` and
       ``greatest_voxel`` [m]: a voxel must be wider than the noise of a wall;
     - ``line_ratio``: a surfel is a line if its small variance is below this share of the large one;
-    - ``roughness`` [m]: standard deviation of a wall about a line.
+    - ``roughness`` [m]: standard deviation of a wall about a line;
+    - ``least_noise`` [m]: lower bound of the standard deviation of a range by which the uncertainty of edges is scaled.
+      Real maps err by more than the noise of their ranges shows: scans are distorted by motion, and things move.
     """
 
     keyframes: int = 20
@@ -55,6 +57,7 @@ class LocalMapSettings:
     greatest_voxel: float = 0.3
     line_ratio: float = 0.3
     roughness: float = 0.01
+    least_noise: float = 0.045
 
     def __post_init__(self) -> None:
         require_valid(self, shares=("line_ratio",))
@@ -155,16 +158,16 @@ class KeyframeSettings:
     """Add a keyframe after ``distance`` [m] or ``turn`` [rad], and link it to earlier ones.
 
     - ``links``: an edge leads to each keyframe that is so many keyframes back, at most ``longest_link`` [m] of path;
-    - ``drift`` [m], ``yaw_drift`` [rad]: standard deviations that a metre of path adds to an edge, times the level
-      of the odometry's noise; they stand for errors of the local map that all scans share.
+    - ``drift`` [m], ``yaw_drift`` [rad]: standard deviations that a metre of path adds to an edge, for each metre of
+      the standard deviation of a range of 4 m; they stand for errors of the local map that all scans share.
     """
 
     distance: float = 0.3
     turn: float = 0.26
     links: tuple[int, ...] = (1, 5, 10, 19)
     longest_link: float = 6.0
-    drift: float = 0.01
-    yaw_drift: float = 0.003
+    drift: float = 0.25
+    yaw_drift: float = 0.075
 
     def __post_init__(self) -> None:
         require_valid(self)
@@ -187,7 +190,7 @@ class LoopSettings:
     at most ``max_position_deviation`` [m].
 
     Weight: ``information`` is the share of the points that count as independent; ``deviation`` [m] and
-    ``yaw_deviation`` [rad], times the noise level of the odometry, are standard deviations of any loop. A loop keeps
+    ``yaw_deviation`` [rad] are standard deviations of any loop, for each metre of that of a range of 4 m. A loop keeps
     half of its weight at ``robust_deviations``, and is dropped if the solved graph contradicts it by more than
     ``greatest_chi_squared``. The graph is solved after every ``solve_every`` new loops.
     """
@@ -208,14 +211,12 @@ class LoopSettings:
     apart: float = 0.8
     apart_turn: float = 0.17
     min_submap_overlap: float = 0.35
-    min_likelihood: float = 0.55
     min_agreement: float = 0.85
     max_runner_up: float = 0.93
-    max_mahalanobis_squared: float = 16.3
     max_position_deviation: float = 0.5
     information: float = 0.05
-    deviation: float = 0.02
-    yaw_deviation: float = 0.004
+    deviation: float = 0.5
+    yaw_deviation: float = 0.1
     robust_deviations: float = 3.0
     greatest_chi_squared: float = 25.0
     solve_every: int = 5
@@ -224,8 +225,8 @@ class LoopSettings:
     def __post_init__(self) -> None:
         require_valid(
             self,
-            shares=("min_submap_overlap", "min_likelihood", "min_agreement", "information"),
-            not_negative=("max_runner_up", "max_mahalanobis_squared"),
+            shares=("min_submap_overlap", "min_agreement", "information"),
+            not_negative=("max_runner_up",),
         )
         require_ordered(self, "shift", "turn")
 

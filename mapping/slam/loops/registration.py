@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from mapping.slam.correlation import (
     search_angles,
     thinned,
 )
-from mapping.slam.linear_algebra import inverse, squared_distance
+from mapping.slam.linear_algebra import inverse
 from mapping.slam.link import Link
 from mapping.slam.loops.visibility import count_agreement, free_space
 from mapping.slam.planar import between, compose, move_points, turn_vectors
@@ -95,11 +95,11 @@ def sub_map(
 
 
 def register(
-    query: SubMap, target: SubMap, candidate: Candidate, voxel: float, level: float, settings: SlamSettings
+    query: SubMap, target: SubMap, candidate: Candidate, voxel: float, range_noise: float, settings: SlamSettings
 ) -> Loop | None:
     """Register the query to the target, near the candidate's prediction; None if that finds no place.
 
-    ``voxel`` [m] is the side of the surfels, ``level`` the noise level of the odometry.
+    ``voxel`` [m] is the side of the surfels, ``range_noise`` [m] the standard deviation of a range of 4 m.
     """
     loops = settings.loops
     if min(len(query.scan.points), len(target.scan.points)) < FEWEST_POINTS:
@@ -115,14 +115,11 @@ def register(
     spread = inverse(information)
     if not 0.0 < spread.diagonal().min() <= spread.diagonal().max() < LARGEST_VARIANCE:
         return None
-    evidence = _evidence(query, target, match.pose, fine, voxel / settings.local_map.voxel_deviations)
-    evidence = replace(
-        evidence,
-        runner_up=_runner_up(places, loops),
-        mahalanobis_squared=_mahalanobis_squared(match.pose, candidate, loops),
-    )
-    least = np.diag(np.square([loops.deviation, loops.deviation, loops.yaw_deviation]))
-    covariance = spread + level**2 * least
+    least = range_noise**2 * np.diag(np.square([loops.deviation, loops.deviation, loops.yaw_deviation]))
+    covariance = spread + least
+    overlap, agreement = _agreement(query, target, match.pose, fine, voxel / settings.local_map.voxel_deviations)
+    beside = _beside(fine, query.scan.points, match.pose, information, loops)
+    evidence = LoopEvidence(overlap, agreement, max(_runner_up(places, loops), beside))
     link = Link(candidate.first, candidate.second, match.pose, covariance, robust=True)
     return Loop(link, evidence, _refusal(evidence, covariance, loops))
 
@@ -173,29 +170,37 @@ def _runner_up(places: list[Place], settings: LoopSettings) -> float:
     return max(others, default=0.0) / best
 
 
-def _mahalanobis_squared(pose: NDArray[np.float64], candidate: Candidate, settings: LoopSettings) -> float:
-    """Return the squared distance from the prediction, at twice its standard deviations: they are underestimated."""
-    off = pose - candidate.relative
-    off[2] = math.remainder(off[2], math.tau)
-    least = np.diag(np.square([settings.deviation, settings.deviation, settings.yaw_deviation]))
-    return squared_distance(off, inverse(4.0 * candidate.covariance + least))
+def _beside(
+    field: LikelihoodField,
+    points: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    information: NDArray[np.float64],
+    settings: LoopSettings,
+) -> float:
+    """Return the likelihood ``apart`` [m] from a pose in its least certain direction, relative to the pose's own.
 
-
-def _evidence(
-    query: SubMap, target: SubMap, pose: NDArray[np.float64], field: LikelihoodField, deviation: float
-) -> LoopEvidence:
-    """Measure overlap, likelihood, and agreement in both directions, at a pose."""
-    tolerance = max(HIT_TOLERANCE, 2.0 * deviation)
-    hits, passed = _agreement(query, target, pose, field, tolerance)
-    reverse = likelihood_field(query.scan.points, field.cell, field.cell, 1.0)
-    hits_back, passed_back = _agreement(target, query, between(pose, np.zeros(3)), reverse, tolerance)
-    seen = max(hits + passed, 1)
-    likelihood = _total_likelihood(field, move_points(pose, query.scan.points)) / seen
-    agreement = min(hits / seen, hits_back / max(hits_back + passed_back, 1))
-    return LoopEvidence(seen / len(query.scan.points), min(likelihood, 1.0), agreement, 0.0, 0.0)
+    It is near 1 where a corridor shows no feature, and any place along it fits as well.
+    """
+    off = information[0, 0] - information[1, 1]
+    direction = 0.5 * (math.atan2(2.0 * information[0, 1], off) + math.pi)
+    shift = settings.apart * np.array([math.cos(direction), math.sin(direction), 0.0])
+    own, *others = (_total_likelihood(field, move_points(pose + sign * shift, points)) for sign in (0.0, -1.0, 1.0))
+    return max(others) / own if own > 0.0 else 1.0
 
 
 def _agreement(
+    query: SubMap, target: SubMap, pose: NDArray[np.float64], field: LikelihoodField, deviation: float
+) -> tuple[float, float]:
+    """Return the overlap, and the smaller of both directions' agreement, at a pose."""
+    tolerance = max(HIT_TOLERANCE, 2.0 * deviation)
+    hits, passed = _counts(query, target, pose, field, tolerance)
+    reverse = likelihood_field(query.scan.points, field.cell, field.cell, 1.0)
+    hits_back, passed_back = _counts(target, query, between(pose, np.zeros(3)), reverse, tolerance)
+    agreement = min(hits / max(hits + passed, 1), hits_back / max(hits_back + passed_back, 1))
+    return max(hits + passed, 1) / len(query.scan.points), agreement
+
+
+def _counts(
     points: SubMap, other: SubMap, pose: NDArray[np.float64], field: LikelihoodField, tolerance: float
 ) -> tuple[int, int]:
     space = free_space(other.origins, other.scan.points, field.cell)
@@ -214,10 +219,8 @@ def _refusal(evidence: LoopEvidence, covariance: NDArray[np.float64], settings: 
     position = math.sqrt(half + math.hypot(off, covariance[0, 1]))
     passed = {
         "overlap": evidence.overlap >= settings.min_submap_overlap,
-        "likelihood": evidence.likelihood >= settings.min_likelihood,
         "agreement": evidence.agreement >= settings.min_agreement,
         "runner_up": evidence.runner_up <= settings.max_runner_up,
-        "mahalanobis_squared": evidence.mahalanobis_squared <= settings.max_mahalanobis_squared,
         "position_deviation": position <= settings.max_position_deviation,
     }
     return next((name for name, good in passed.items() if not good), None)

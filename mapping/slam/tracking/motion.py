@@ -41,11 +41,15 @@ class OdometryLevel:
     def add(
         self, difference: NDArray[np.float64], predicted: NDArray[np.float64], measured: NDArray[np.float64]
     ) -> None:
-        """Take in a difference (3,), its variances at level 1 (3,), and those of the match (3,)."""
-        for off, own, match in zip(difference.tolist(), predicted.tolist(), measured.tolist(), strict=True):
+        """Take in a difference (3,), its variances at level 1 (3,), and those of the match (3,).
+
+        Wheels hardly slip sideways: the difference across the path shows nothing of the level.
+        """
+        for axis in (0, 2):
+            off, own, match = float(difference[axis]), float(predicted[axis]), float(measured[axis])
             if match < 4.0 * own * self.level**2:
                 self._differences.append((off * off, own, match))
-        most = 3 * self.settings.window
+        most = 2 * self.settings.window
         if len(self._differences) > most:
             del self._differences[: len(self._differences) - most]
         if len(self._differences) >= most // 4:

@@ -79,7 +79,8 @@ class _Prediction:
 class Tracker:
     """Track a robot scan by scan.
 
-    ``noise`` holds the estimated noise level of the odometry, ``voxel`` [m] is the side of the surfels.
+    ``noise`` holds the estimated noise level of the odometry, ``voxel`` [m] is the side of the surfels, ``range_noise``
+    [m] the standard deviation of a range of 4 m, by which the uncertainty of edges is scaled.
     """
 
     def __init__(self, log: RobotLog, deviation: RangeDeviation, settings: SlamSettings) -> None:
@@ -90,6 +91,7 @@ class Tracker:
         self.track = Track(np.zeros((len(log.scans), 3)), np.zeros(len(log.scans), np.int64))
         self.noise = OdometryLevel(settings.motion)
         local = settings.local_map
+        self.range_noise = max(deviation.at(REFERENCE_RANGE), local.least_noise)
         side = local.voxel_deviations * deviation.at(REFERENCE_RANGE)
         self.voxel = float(np.clip(side, local.least_voxel, local.greatest_voxel))
         self._surfels: SurfelMap | None = None
@@ -118,7 +120,7 @@ class Tracker:
             return False
         self._learn(match, prediction)
         self._add_keyframe(index, match.pose, points)
-        self._add_links(match.covariance())
+        self._add_links(match)
         return True
 
     def _predict(self, index: int) -> _Prediction:
@@ -217,7 +219,8 @@ class Tracker:
         self._field = None
         self._surfels = surfels_of(self._latest, poses, self.voxel, self.settings.local_map)
 
-    def _add_links(self, covariance: NDArray[np.float64]) -> None:
+    def _add_links(self, match: Match) -> None:
+        """Link the latest keyframe to earlier ones; what the scan does not show, odometry since then must tell."""
         track, rule = self.track, self.settings.keyframes
         number = len(track.keyframes) - 1
         for back in rule.links:
@@ -228,12 +231,21 @@ class Tracker:
             if back > 1 and way > rule.longest_link:
                 continue
             a, b = track.keyframes[first].pose, track.keyframes[number].pose
-            turn = rotation(a[2])
-            drift = self.noise.level**2 * way * np.diag(np.square([rule.drift, rule.drift, rule.yaw_drift]))
-            scale = 1.0 if back == 1 else 2.0
-            track.links.append(
-                Link(first, number, between(a, b), scale * transformed(turn.T.copy(), covariance) + drift)
-            )
+            information, prior = match.information, match.prior
+            if back > 1:
+                information, prior = 0.5 * information, inverse(self._driven_covariance(first, b))
+            covariance = transformed(rotation(-a[2]), inverse(information + prior))
+            drift = self.range_noise**2 * way * np.diag(np.square([rule.drift, rule.drift, rule.yaw_drift]))
+            track.links.append(Link(first, number, between(a, b), covariance + drift))
+
+    def _driven_covariance(self, first: int, pose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the covariance of the odometry since a keyframe, in the frame of the track."""
+        driven = self.track.keyframes[first + 1 :]
+        path, turned = sum(each.path for each in driven), sum(each.turned for each in driven)
+        start = self.track.keyframes[first].pose
+        direction = math.atan2(pose[1] - start[1], pose[0] - start[0]) if path > 0.0 else start[2]
+        unit = motion_covariance(path, turned, self.settings.motion)
+        return transformed(rotation(direction), self.noise.level**2 * unit)
 
 
 def surfels_of(

@@ -19,7 +19,7 @@ from mapquilt.logs.map_record import map_record
 from mapquilt.viz.log_map_picture import log_map_figure
 from tests.mapquilt.logs.rooms import room_log
 
-EVIDENCE = LoopEvidence(0.6, 0.7, 0.9, 0.5, 3.0)
+EVIDENCE = LoopEvidence(0.6, 0.9, 0.5)
 
 
 def stand_in(recorded: RecordedLog) -> SlamResult:
@@ -47,7 +47,7 @@ def test_the_record_has_the_loops_with_their_evidence(drawn: LogMap) -> None:
     assert record["keyframes"] == [0, 10, 20, 30, 40, 50]
     assert record["edges"] == 6
     (loop,) = record["loops"]
-    assert (loop["first"], loop["second"], loop["likelihood"], loop["runner_up"]) == (0, 5, 0.7, 0.5)
+    assert (loop["first"], loop["second"], loop["agreement"], loop["runner_up"]) == (0, 5, 0.9, 0.5)
     np.testing.assert_allclose(loop["deviation"], (0.01, 0.02, 0.001))
     found = SE2(**loop["first_from_second"])
     expected = drawn.result.trajectory.pose(50)
