@@ -14,6 +14,7 @@ from mapping.io.tum import save_tum
 from mapping.slam.g2o import g2o_text
 from mapquilt.json_file import write_record
 from mapquilt.logs.log_map import LOG_SEED, LogMap
+from mapquilt.logs.map_figure import map_figure
 from mapquilt.logs.map_record import MAP_RECORD, save_map_record
 from mapquilt.logs.reference_truth import ReferenceTruth, reference_truth, share_a_reference
 from mapquilt.runs import folder as run_folder
@@ -22,7 +23,6 @@ from mapquilt.runs.writer import MAPS_SCHEMA, RUN_SCHEMA
 from mapquilt.viz.png import figure_png
 
 GRAPH_FILE = "graph.g2o"
-PICTURE_FILE = "map.png"
 SHEET_FILE = "maps.png"
 
 
@@ -64,29 +64,10 @@ def _fill(folder: Path, drawn: LogMap) -> None:
     save_tum(folder / run_folder.TRAJECTORY_FILE, drawn.result.trajectory)
     if drawn.result.edges:
         write_bytes_atomically(folder / GRAPH_FILE, g2o_text(drawn.result).encode())
-    write_bytes_atomically(folder / PICTURE_FILE, figure_png(map_figure(drawn)))
+    write_bytes_atomically(folder / run_folder.LOG_MAP_PICTURE, figure_png(map_figure(drawn)))
     save_map_record(folder / MAP_RECORD, drawn)
     if drawn.result.timings:
         run_folder.add_timings(folder, "map", drawn.result.timings)
-
-
-def map_figure(drawn: LogMap) -> Any:
-    """Draw the map of a log, with the path, the keyframes and the loops of its pose graph, and the reference."""
-    from mapquilt.viz.log_map_picture import log_map_figure
-
-    result, error = drawn.result, drawn.error
-    reference = None
-    if error is not None:
-        reference = error.reference_from_estimate.inverse().apply(error.reference[:, :2])
-    return log_map_figure(
-        name=drawn.name,
-        details=_details(drawn),
-        grid=drawn.grid,
-        path=result.trajectory.poses[:, :2],
-        keyframes=result.keyframes,
-        loops=[(int(result.keyframes[edge.first]), int(result.keyframes[edge.second])) for edge in result.loops],
-        reference=reference,
-    )
 
 
 def _sheet(maps: Sequence[LogMap]) -> Any:
@@ -94,18 +75,6 @@ def _sheet(maps: Sequence[LogMap]) -> Any:
 
     paths = [one.result.trajectory.poses[:, :2] for one in maps]
     return log_maps_figure([one.name for one in maps], [one.grid for one in maps], paths)
-
-
-def _details(drawn: LogMap) -> str:
-    trajectory = drawn.result.trajectory
-    duration = float(trajectory.stamps[-1] - trajectory.stamps[0])
-    driven = f"{len(trajectory)} scans in {duration:.0f} s, {trajectory.distance():.0f} m driven"
-    text, error = f"{driven}, poses: {drawn.poses}", drawn.error
-    return text if error is None else f"{text}; {_rms(error.position):.3f} m RMSE off the reference"
-
-
-def _rms(errors: Any) -> float:
-    return float((errors**2).mean() ** 0.5)
 
 
 def _maps_record(maps: Sequence[LogMap]) -> dict[str, Any]:

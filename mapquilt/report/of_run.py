@@ -11,7 +11,6 @@ from mapquilt.merging.merge_file import load_answer
 from mapquilt.report.charts import stage_chart
 from mapquilt.report.content import Content, Picture
 from mapquilt.report.mission_view import mission_view
-from mapquilt.report.pose_graphs import Progress, pose_graphs
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import load_truth
 from mapquilt.scoring.run_score import evaluate_run_pair, run_ground_truth
@@ -34,9 +33,8 @@ PICTURES = (
 )
 
 
-def run_content(folder: Path, on_progress: Progress = lambda done, total: None) -> Content:
-    """Read a run, merged or not. If SLAM mapped it, its logs are mapped again, for the pose graphs; ``on_progress``
-    gets the scans done and their total. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
+def run_content(folder: Path) -> Content:
+    """Read a run, merged or not. Raises ``ValueError`` or ``OSError`` naming the file that is wrong."""
     record = read_record(run_folder.require_run(folder) / run_folder.RUN_FILE, "run")
     timings = run_folder.read_timings(folder)
     mission = None if record["mission"] is None else load_mission(run_folder.mission_folder(folder))
@@ -49,8 +47,7 @@ def run_content(folder: Path, on_progress: Progress = lambda done, total: None) 
             Picture(heading, (folder / name).read_bytes(), alt, caption)
             for name, heading, alt, caption in PICTURES
             if (folder / name).is_file()
-        ]
-        + pose_graphs(folder, record, on_progress),
+        ],
         charts=[stage_chart(timings)] if timings else [],
         notes=[] if (folder / run_folder.MERGE_FILE).is_file() else ["This run has not been merged yet."],
         mission=None if mission is None else mission_view(mission),

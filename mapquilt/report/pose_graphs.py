@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from mapping.settings import LOG_ODDS, MappingSettings
+from mapquilt.json_file import read_record
 from mapquilt.logs.load_log import LogSource, load_log
 from mapquilt.logs.log_map import LogMap, draw_log
-from mapquilt.logs.map_folder import PICTURE_FILE, map_figure
+from mapquilt.logs.map_figure import map_figure
 from mapquilt.report.content import Picture
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.png import figure_png
@@ -19,16 +19,17 @@ Progress = Callable[[int, int], None]
 SLAM = "slam"
 
 
-def pose_graphs(folder: Path, record: dict[str, Any], on_progress: Progress) -> list[Picture]:
+def pose_graphs(folder: Path, on_progress: Progress) -> list[Picture]:
     """Draw the pose graph of each robot, in the frame of its start; none if the run was not mapped by SLAM.
 
     A run holds no pose graphs, so its logs are mapped again with the settings of its record. Runs of
     recorded logs have the pictures already. ``on_progress`` gets the scans done and their total.
     """
+    record = read_record(folder / run_folder.RUN_FILE, "run")
     if record["poses"] != SLAM:
         return []
     if record["mission"] is None:
-        files = [(name, folder / name / PICTURE_FILE) for name in run_folder.load_maps(folder).names]
+        files = [(name, folder / name / run_folder.LOG_MAP_PICTURE) for name in run_folder.load_maps(folder).names]
         return [_picture(name, path.read_bytes(), "") for name, path in files if path.is_file()]
     settings = MappingSettings(
         SLAM, record["resolution_m"], record["sensor_model"], record["clear_range_m"], mapper=LOG_ODDS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -56,8 +57,10 @@ def read_content(folder: Path, on_scans: Callable[[int, int], None] = lambda don
         raise ValueError(f"{folder}: no such folder")
     if is_run(folder):
         from mapquilt.report.of_run import run_content
+        from mapquilt.report.pose_graphs import pose_graphs
 
-        return run_content(folder, on_scans)
+        content = run_content(folder)
+        return dataclasses.replace(content, pictures=[*content.pictures, *pose_graphs(folder, on_scans)])
     if (folder / MANIFEST_FILE).is_file():
         from mapquilt.report.of_dataset import dataset_content
 
