@@ -46,7 +46,8 @@ def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Mon
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")
     for words in COMMANDS:
-        short = ("--duration", 2) if words[0] == "simulate" else ()
+        seconds = 20 if "--overlap" in words else 2
+        short = ("--duration", seconds) if words[0] == "simulate" else ()
         assert command(*words, *short) == 0, words
     assert sorted(FILES) == ["patrol.tum", "team.yaml"]
     assert {words[0] for words in COMMANDS} == {"simulate", "sense"}

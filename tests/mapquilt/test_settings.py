@@ -139,10 +139,11 @@ def test_the_interfaces_change_the_same_leaf(merged_run: Path, tmp_path: Path) -
     file = tmp_path / "spec.yaml"
     file.write_text(
         "name: tiny\nmissions: [{world: office, count: 1}]\n"
-        "samples: {per_mission: 2, set: {mapping.clear_range: [1, 2]}}\n"
+        "samples: {per_mission: 2, clear_range: 1, set: {perturbation.max_offset: [1, 2]}}\n"
     )
     samples = plan_dataset(load_spec(str(file))).missions[0].samples
-    assert sorted(sample.settings.mapping.clear_range for sample in samples) == [1.0, 2.0]
+    assert {sample.settings.mapping.clear_range for sample in samples} == {by_python.clear_range}
+    assert sorted(sample.settings.perturbation.max_offset for sample in samples) == [1.0, 2.0]
     assert command("sense", merged_run, "--set", "clear_range=1", "--out", tmp_path / "run") == 0
     assert read_record(tmp_path / "run/run.json", "run")["clear_range_m"] == 1.0
     maps = [merged_run / f"robot_{index}/map.yaml" for index in range(2)]
