@@ -31,6 +31,7 @@ FILES = {
     "conflicts.yaml",
     "transforms.yaml",
     "merge.png",
+    "refused.png",
     "overview.png",
     "mission/world.json",
     "mission/mission.json",
@@ -44,7 +45,7 @@ simulate = ("simulate", "office", "--robots", 2, "--duration", 12, "--seed", 3)
 
 def test_a_run_has_all_its_files(merged_run):
     assert set(hashes(merged_run, but=())) == FILES
-    for name in ("overview.png", "merge.png"):
+    for name in ("overview.png", "merge.png", "refused.png"):
         assert cv2.imread(str(merged_run / name)).shape[0] > 300
 
 
