@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -337,3 +338,13 @@ def test_formats_are_told_apart_by_their_content() -> None:
     found = [[bool(test(record)) for test in (is_houseexpo, is_vector_map, is_building)] for record in records]
     assert found == [[True, False, False], [False, True, False], [False, False, True], *[[False] * 3] * 3]
     assert json.loads(json.dumps(records)) == records
+
+
+@pytest.mark.parametrize(("name", "library"), [("room.dxf", "ezdxf"), ("room.svg", "svgelements")])
+def test_a_missing_library_is_named_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, library: str
+) -> None:
+    (tmp_path / name).write_text(SVG, encoding="utf-8")
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ImportError, match=rf"needs {library}: pip install 'mapquilt\[plans\]'"):
+        read_plan(tmp_path / name, None, PlanOptions(resolution=0.02))
