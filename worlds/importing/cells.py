@@ -11,6 +11,8 @@ from scipy import ndimage
 from worlds.polygon import Polygon, box
 from worlds.world import World
 
+DARK = 128
+"""Grey levels below this are walls in a picture or drawing."""
 MAX_BOXES = 10_000
 """Most boxes of a plan, so that rays and the search for clear places stay fast."""
 BORDER_WALL = 0.1

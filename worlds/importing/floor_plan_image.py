@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from mapping.io.map_file import SAVED_GREYS, load_map
 from mapping.io.occupancy_grey import FREE_GREY, UNKNOWN_GREY
 from mapping.io.picture import read_picture
-
-DARK = 128
-"""Grey levels below this are walls in a picture."""
+from worlds.importing.cells import DARK
 
 
 @dataclass(frozen=True, eq=False)

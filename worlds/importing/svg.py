@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.io.picture import read_limited
-from worlds.importing.floor_plan_image import DARK
+from worlds.importing.cells import DARK
 from worlds.importing.solids import as_solid, chain, walls, world_from_solids
 from worlds.polygon import Polygon
 from worlds.world import World
