@@ -20,7 +20,7 @@ MOST_TRANSFORMS = 4
 """Number of transforms that are printed; of more, only the file is named."""
 
 _PRIOR = "--prior NAME:X,Y,YAW"
-_ADVICE: Mapping[Reason, str] = MappingProxyType(
+ADVICE: Mapping[Reason, str] = MappingProxyType(
     {
         Reason.NOTHING_PROPOSED: "check that the maps show one place, or search other scales: --scale free",
         Reason.LITTLE_STRUCTURE: f"map more walls, or say where a map lies: {_PRIOR}",
@@ -30,6 +30,8 @@ _ADVICE: Mapping[Reason, str] = MappingProxyType(
         Reason.AMBIGUOUS: f"look at the two placements, and say where a map lies: {_PRIOR}",
         Reason.IMPRECISE: "map more ground that both robots see, or accept less: --min-confidence 0.5",
         Reason.OTHER_SCALE: "--scale free, or correct `resolution` in the YAML",
+        Reason.OUTSIDE_SCALES: "search other scales: --scale LO:HI",
+        Reason.MIRRORED: "flip one of the two pictures",
         Reason.CONTRADICTS_PRIOR: "check the pose and the yaw [rad] of --prior, or widen its SIGMA",
         Reason.CONTRADICTS_TEAM: "look for a map that is bent or of another place, and leave it out",
         Reason.NO_PREDICTED_OVERLAP: "map more ground that both robots see",
@@ -39,6 +41,7 @@ _ADVICE: Mapping[Reason, str] = MappingProxyType(
         Reason.PUBLISHED_RULE: "leave out --as-published, or take another --method",
     }
 )
+"""What to try after a refusal, by its reason."""
 
 
 def transform_notes(maps: MapSet, result: MergeResult) -> str:
@@ -55,7 +58,7 @@ def advice(result: MergeResult, folder: Path | None) -> tuple[str, ...]:
     reasons = dict.fromkeys(
         pair.reason for pair in result.pairs if pair.reason is not None and apart[pair.target] != apart[pair.source]
     )
-    tips = [f"{_text(reason)}: {_ADVICE[reason]}" for reason in reasons if reason in _ADVICE]
+    tips = [f"{_text(reason)}: {ADVICE[reason]}" for reason in reasons]
     if folder is not None and pairs_to_show(result):
         tips.append(f"see the candidates and the runners-up in {folder / run_folder.REFUSED_PICTURE}")
     return tuple(tips)

@@ -20,6 +20,8 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
 from mapquilt.cli.app import load_verb
+from mapquilt.cli.merge_notes import ADVICE
+from merge.records.verdict import Reason
 from tests.conftest import command, hashes
 
 
@@ -348,6 +350,10 @@ def test_the_transform_is_printed_as_it_is_pasted(capsys, two_maps, tmp_path):
     np.testing.assert_allclose(np.array(yaml.safe_load(matrix)), entry["matrix"], atol=1e-5)
     here, there = frame.metres_from_cells(np.array([[100.0, 50.0]])), moved.frame.metres_from_cells([[100.0, 50.0]])
     np.testing.assert_allclose(np.array(entry["matrix"]) @ [*here[0], 1.0], [*there[0], 1.0], atol=0.02)
+
+
+def test_every_reason_of_a_refusal_has_its_advice():
+    assert set(ADVICE) == set(Reason)
 
 
 @pytest.mark.slow

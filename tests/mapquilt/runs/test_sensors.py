@@ -61,11 +61,14 @@ def test_sense_keeps_the_lidars_noise_and_sets_components_after_the_level(lds01_
 def test_lidars_are_listed_with_their_sources(capsys: pytest.CaptureFixture[str]) -> None:
     assert command("lidars") == 0
     listed = capsys.readouterr().out
-    lines = listed.splitlines()
+    lines, unfolded = listed.splitlines(), " ".join(listed.split())
     for preset in PRESETS:
-        assert sum(line.split()[:1] == [preset.name] for line in lines) == 2  # its numbers, its first source
+        assert [line.split()[0] for line in lines if line.startswith((f" {preset.name} ", f"{preset.name}:"))] == [
+            preset.name,  # its numbers
+            f"{preset.name}:",  # its noise, above its sources
+        ]
         for source in preset.sources:
-            assert source in listed
+            assert source in unfolded
     header = next(line for line in lines if line.split()[:1] == ["lidar"])
     for preset, line in zip(PRESETS, lines[lines.index(header) + 2 :], strict=False):
         assert line[header.index("beams") :].split()[0] == str(preset.lidar.beams)
