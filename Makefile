@@ -47,7 +47,7 @@ merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(metho
 score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
-.PHONY: run sim merge score thesis install test test-fast regression regression-update check docs release-check study \
+.PHONY: run sim merge score thesis install test test-fast test-bounds regression regression-update check docs release-check study \
   bench lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
@@ -88,6 +88,14 @@ test: $(stamp)
 
 test-fast: $(stamp)
 	$(bin)/pytest -n 2 -q -m "not slow" $(laws)
+
+# The tests that call compiled loops, with every index checked; the compiler's cache does not tell the two apart.
+kernels = tests/mapping/grid tests/mapping/ground_truth tests/mapping/particle tests/mapping/slam tests/merge/alignment \
+  tests/merge/literature tests/merge/preparation tests/merge/proposers tests/merge/verification tests/sim/mission \
+  tests/sim/sensors
+
+test-bounds: $(stamp)
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=build/numba-bounds $(bin)/pytest -n 2 -q -m "not slow" $(kernels)
 
 regression: $(stamp)
 	$(bin)/python -m tests.regression
@@ -133,6 +141,7 @@ help:
 	@echo 'make thesis    reproduce the study of Chen (2021) in runs/thesis; stopped, it goes on'
 	@echo 'make test      run all tests'
 	@echo 'make test-fast run the unit tests, in a minute'
+	@echo 'make test-bounds  run the tests of compiled loops with every index checked, in three minutes'
 	@echo 'make regression         merge generated pairs of all world families, compare with tests/golden'
 	@echo 'make regression-update  rewrite tests/golden, and print what changed'
 	@echo 'make check     lint, format, types, import contracts'

@@ -14,6 +14,20 @@ MAX_PICTURE_CELLS = 2**27
 """The most cells of a map that is stored as a picture: 580 m by 580 m at 5 cm."""
 
 
+def require_area(owner: str, low: ArrayLike, high: ArrayLike, cell: float) -> None:
+    """Check that a raster from ``low`` to ``high`` (2,) x, y [m] in cells of ``cell`` [m] can be made and indexed.
+
+    Compiled code that indexes by coordinates does not check them. Raises ``ValueError`` that begins with ``owner`` if
+    a coordinate is not finite or the raster has more than ``MAX_PICTURE_CELLS`` cells.
+    """
+    spans = (np.asarray(high, np.float64) - np.asarray(low, np.float64)).tolist()
+    if not (spans[0] / cell + 1.0) * (spans[1] / cell + 1.0) <= MAX_PICTURE_CELLS:
+        raise ValueError(
+            f"{owner}: spans {spans[0]:g} x {spans[1]:g} m, must have at most {MAX_PICTURE_CELLS} cells of {cell:g} m; "
+            "is a range or a pose wrong?"
+        )
+
+
 @dataclass(frozen=True)
 class GridFrame:
     """A raster in the plane, as nav_msgs/MapMetaData describes it.

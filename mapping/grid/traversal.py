@@ -49,7 +49,6 @@ def beam_ends(
     return ends, kinds
 
 
-@njit(cache=True)
 def draw_scan(
     total: NDArray[np.float32],
     visits: NDArray[np.int32],
@@ -67,9 +66,37 @@ def draw_scan(
 ) -> None:
     """Add one scan to ``total`` (and ``visits`` if ``count``): each cell at most once, a hit before any miss.
 
-    ``last_scan`` holds for each cell the number of the scan that touched it last. All beams must lie in the arrays,
-    which are (rows, cols).
+    ``last_scan`` holds for each cell the number of the scan that touched it last. ``x0``, ``y0`` and ``ends`` (B, 2)
+    are in cells of the arrays, which are (rows, cols).
+
+    Raises ``ValueError`` if the beams do not lie in the arrays, because the compiled code writes without a check.
     """
+    rows, cols = total.shape
+    least, most = ends.min(axis=0), ends.max(axis=0)  # NaN, if there is any, so that comparisons fail
+    in_x = 0.0 <= x0 < cols and least[0] >= 0.0 and most[0] < cols
+    in_y = 0.0 <= y0 < rows and least[1] >= 0.0 and most[1] < rows
+    if not (in_x and in_y) or last_scan.shape != total.shape or (count and visits.shape != total.shape):
+        raise ValueError(f"scan {scan}: a beam leaves the raster of {rows} x {cols} cells")
+    _draw_scan(total, visits, last_scan, scan, x0, y0, ends, kinds, hit_step, miss_step, low, high, count)
+
+
+@njit(cache=True)
+def _draw_scan(
+    total: NDArray[np.float32],
+    visits: NDArray[np.int32],
+    last_scan: NDArray[np.int32],
+    scan: np.int32,
+    x0: float,
+    y0: float,
+    ends: NDArray[np.float64],
+    kinds: NDArray[np.int8],
+    hit_step: np.float32,
+    miss_step: np.float32,
+    low: np.float32,
+    high: np.float32,
+    count: bool,
+) -> None:
+    """Draw a scan whose beams lie in the arrays."""
     cols = total.shape[1]
     total_flat, visits_flat, last_flat = total.ravel(), visits.ravel(), last_scan.ravel()
     for k in range(ends.shape[0]):

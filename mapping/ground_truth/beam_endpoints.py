@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
 from mapping.geometry.se2 import SE2
+from mapping.grid.frame import require_area
 from mapping.ground_truth.footprint import TRUE_RESOLUTION
 from mapping.robot.robot_log import RobotLog, RobotTruth
 from mapping.robot.scan import LidarScan
@@ -60,6 +61,8 @@ def beam_endpoints(
 
 
 def _averaged(estimated: NDArray[np.float64], true: NDArray[np.float64], usable: NDArray[np.bool_]) -> BeamEndpoints:
+    ends = true[usable]
+    require_area("beam_endpoints", ends.min(axis=0), ends.max(axis=0), TRUE_RESOLUTION)
     low, high = _span(true, usable)
     rows, cols = (high - low + 1).tolist()
     place = np.full((rows, cols), -1, np.int32)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.grid.frame import GridFrame
+from mapping.grid.frame import GridFrame, require_area
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.traversal import SKIP, beam_ends, draw_scan
 from mapping.robot.robot_log import RobotTruth
@@ -20,7 +20,7 @@ def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> N
     Beams without a return cross the cells within ``clear_range`` [m]. The raster's cells must be aligned with the
     world's origin, as those of the true raster are.
 
-    Raises ``ValueError`` if no beam measured anything.
+    Raises ``ValueError`` if no beam measured anything, or beams end too far apart for a raster.
     """
     scans = []
     for k, scan in enumerate(truth.scans):
@@ -33,6 +33,7 @@ def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> N
         raise ValueError("observed: no beam measured anything, so there is no footprint")
     low = np.floor(np.min([np.minimum(start, ends.min(axis=0)) for start, ends, _ in scans], axis=0))
     high = np.floor(np.max([np.maximum(start, ends.max(axis=0)) for start, ends, _ in scans], axis=0))
+    require_area("observed", low * world.resolution, high * world.resolution, world.resolution)
     cols, rows = (high - low + 1).astype(np.int64).tolist()
     log_odds, touched = np.zeros((rows, cols), np.float32), np.zeros((rows, cols), np.int32)
     visits, steps = np.zeros((1, 1), np.int32), (np.float32(0.0),) * 4

@@ -13,6 +13,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from mapping.grid.frame import require_area
+
 
 class LikelihoodField(NamedTuple):
     """Likelihood exp(-d^2 / 2 spread^2) of a point at the distance d from the nearest wall, (rows, cols) cells of
@@ -26,8 +28,12 @@ class LikelihoodField(NamedTuple):
 
 
 def likelihood_field(points: NDArray[np.float64], cell: float, spread: float, margin: float) -> LikelihoodField:
-    """Build the field of wall points (N, 2) [m], with ``margin`` [m] around them."""
+    """Build the field of wall points (N, 2) [m], with ``margin`` [m] around them.
+
+    Raises ``ValueError`` if they lie too far apart for a grid.
+    """
     low = points.min(axis=0) - margin
+    require_area("likelihood_field", low, points.max(axis=0) + margin, cell)
     shape = (np.ceil((points.max(axis=0) + margin - low) / cell).astype(np.int64) + 1)[::-1]
     walls = np.ones(shape, np.bool_)
     cols, rows = ((points - low) / cell).astype(np.int64).T

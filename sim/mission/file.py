@@ -30,6 +30,9 @@ from worlds.world_file import world_from_json, world_to_json
 SCHEMA_VERSION = 2
 WORLD_FILE = "world.json"
 
+BEYOND = 0.1
+"""Distance [m] beyond the world's border that a lidar or a hit may have: rounding, and no more."""
+
 _FIELDS = {"schema", "version", "seed", "touches", "settings"}
 _OLD_POLICIES = {"tour": "patrol"}
 """Names of policies in older files."""
@@ -137,7 +140,9 @@ def _load_robot(path: Path, lidar: Lidar, world: World) -> RobotTruth:
             LidarScan(float(stamp), lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, sweep)
             for stamp, sweep in zip(trajectory.stamps, arrays["ranges"], strict=True)
         )
-        return RobotTruth(scans, trajectory, arrays["hits_robot"], lidar.base_from_lidar)
+        truth = RobotTruth(scans, trajectory, arrays["hits_robot"], lidar.base_from_lidar)
+        _check_beams(truth, world)
+        return truth
     except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -151,6 +156,22 @@ def _check_arrays(arrays: dict[str, NDArray[Any]], lidar: Lidar, world: World) -
     places = arrays["world_from_base"][..., :2]
     if not ((places >= 0.0) & (places <= world.size)).all():
         raise ValueError(f"world_from_base leaves the world of {world.size[0]:g} x {world.size[1]:g} m")
+
+
+def _check_beams(truth: RobotTruth, world: World) -> None:
+    """Refuse a mission whose lidar or hits lie outside its world, by more than rounding."""
+    limit = np.array(world.size) + BEYOND
+    for number, scan in enumerate(truth.scans):
+        world_from_lidar = truth.trajectory.pose(number) @ truth.base_from_lidar
+        for name, points in (("lidar", np.zeros((1, 2))), ("end of a beam", scan.points())):
+            places = world_from_lidar.apply(points)
+            outside = ~((places >= -BEYOND) & (places <= limit)).all(axis=1)
+            if outside.any():
+                x, y = places[outside][0]
+                raise ValueError(
+                    f"scan {number}: the {name} is at {x:.6g}, {y:.6g} m, outside the world of "
+                    f"{world.size[0]:g} x {world.size[1]:g} m; the mounting in mission.json or the ranges are wrong"
+                )
 
 
 def _write_json(path: Path, record: dict[str, Any]) -> None:

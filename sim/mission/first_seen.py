@@ -20,8 +20,9 @@ def first_seen(truth: RobotTruth, frame: GridFrame, clear_range: float = 0.0) ->
     """Return for each cell (rows, cols) the number of the scan, from 1, that first saw it, ``NEVER`` for unseen cells.
 
     A cell is seen if a true beam crosses it or ends in it, as in ``observed``. A beam without a return crosses cells up
-    to ``clear_range`` [m]. The cells of ``frame`` must be aligned with the world's origin, and the robot must stay
-    within them.
+    to ``clear_range`` [m]. The cells of ``frame`` must be aligned with the world's origin.
+
+    Raises ``ValueError`` with the scan if a lidar or a hit lies outside of them.
     """
     # Drawn backwards, so that the number of the scan that touched a cell last is that of the one that saw it first.
     rows, cols = frame.shape

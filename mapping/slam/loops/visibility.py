@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mapping.grid.frame import require_area
 from mapping.slam.correlation import LikelihoodField
 
 MARGIN_CELLS = 2.0
@@ -24,9 +25,18 @@ class FreeSpace(NamedTuple):
     free: NDArray[np.bool_]
 
 
-@njit(cache=True)
 def free_space(origins: NDArray[np.float64], ends: NDArray[np.float64], cell: float) -> FreeSpace:
-    """Mark the cells between the origins (N, 2) and the ends (N, 2) of beams [m], short of the ends."""
+    """Mark the cells between the origins (N, 2) and the ends (N, 2) of beams [m], short of the ends.
+
+    Raises ``ValueError`` if they lie too far apart for a grid.
+    """
+    low = np.minimum(origins.min(axis=0), ends.min(axis=0))
+    require_area("free_space", low, np.maximum(origins.max(axis=0), ends.max(axis=0)), cell)
+    return _mark_free(origins, ends, cell)
+
+
+@njit(cache=True)
+def _mark_free(origins: NDArray[np.float64], ends: NDArray[np.float64], cell: float) -> FreeSpace:
     low_x = min(origins[:, 0].min(), ends[:, 0].min())
     low_y = min(origins[:, 1].min(), ends[:, 1].min())
     cols = int((max(origins[:, 0].max(), ends[:, 0].max()) - low_x) / cell) + 1

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mapping.grid.frame import require_area
 from mapping.slam.settings import LocalMapSettings
 
 SAME_SURFACE = 0.7
@@ -45,10 +46,12 @@ def surfel_map(
     """Build the surfels of points (N, 2) [m] with normals (N, 2) in one frame; None if there is no point.
 
     A surfel takes in the points of its voxel, of side ``voxel`` [m], and of the eight around it whose normals agree.
-    Where they lie on a line, its mean is that of its own voxel, drawn onto the line.
+    Where they lie on a line, its mean is that of its own voxel, drawn onto the line. Raises ``ValueError`` if the
+    points lie too far apart for a grid.
     """
     if len(points) == 0:
         return None
+    require_area("surfel_map", points.min(axis=0), points.max(axis=0), voxel)
     return _build(points, normals, voxel, settings.line_ratio, settings.roughness)
 
 

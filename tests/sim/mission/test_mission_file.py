@@ -131,3 +131,19 @@ def test_an_unknown_lidar_is_refused_by_name(folder: Path) -> None:
     (folder / "mission.json").write_text(json.dumps(record))
     with pytest.raises(ValueError, match=r"mission\.json: .*magic"):
         load_mission(folder)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"base_from_lidar": {"x": 5.0, "y": 0.0, "yaw": 0.0}}, "outside the world"),
+        ({"angle_min": 1.0}, "the end of a beam is at .* outside the world"),
+    ],
+)
+def test_a_lidar_that_leaves_the_world_is_refused(folder: Path, change: dict[str, Any], fault: str) -> None:
+    record = json.loads((folder / "mission.json").read_text())
+    for robot in record["settings"]["robots"]:
+        robot["lidar"] |= change
+    (folder / "mission.json").write_text(json.dumps(record))
+    with pytest.raises(ValueError, match=rf"robot_0\.npz: scan \d+: .*{fault}"):
+        load_mission(folder)
