@@ -7,7 +7,8 @@ import traceback
 
 import typer
 
-from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, TERMINATED, Termination
+from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, TERMINATED, UNFINISHED, Termination
+from mapquilt.jobs.runner import UnfinishedError
 
 _OF_A_FIELD = re.compile(r"(?:[\w ]+: )?([a-z_]+) is (\S+(?: [A-Za-z]+)?), (must .+)")
 """Pattern of the message about a field that is out of range."""
@@ -27,6 +28,8 @@ def _outcome(app: typer.Typer, arguments: list[str], name: str) -> tuple[int, st
         status = int(typer.main.get_command(app).main(arguments, prog_name=name, standalone_mode=False) or 0)
     except typer.TyperException as error:
         return BAD_INPUT, _with_value(error) or f"no command given; `{name} --help` lists them"
+    except UnfinishedError as error:
+        return UNFINISHED, str(error)
     except (ValueError, OSError, ImportError) as error:
         return BAD_INPUT, _by_option(_one_line(error), arguments)
     except MemoryError as error:

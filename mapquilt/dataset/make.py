@@ -30,6 +30,7 @@ from mapquilt.dataset.spec import LICENCE
 from mapquilt.jobs.code_version import code_version
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
+from mapquilt.json_file import check_record
 
 FAILURES_FILE = "failures.jsonl"
 
@@ -66,7 +67,7 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
             make_group,
             plan.missions,
             lambda mission, result: _keep(out, mission, result),
-            lambda entry: _is_whole(out, entry),
+            lambda mission, entry: _is_whole(out, mission, entry),
             lambda entries: on_progress(*_counts(entries)),
         )
         return _finish(carried, plan, out, journal, entries)
@@ -78,13 +79,33 @@ def _counts(entries: Sequence[Entry]) -> tuple[int, int]:
     return sum(record["kind"] == "sample" for record in records), sum(len(entry["failures"]) for entry in entries)
 
 
-def _is_whole(out: Path, entry: Entry) -> bool:
+def _is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
+    """Check that an entry tells of every planned sample of a mission, and that all its files are as they were made.
+
+    Raises ``ValueError`` naming the journal and the field if the entry is not one of a data set.
+    """
+    records, failures = entry.get("records"), entry.get("failures")
+    place = Path(f"{out / JOURNAL_FILE}: task {mission.index}")
+    if not isinstance(records, list) or not isinstance(failures, list):
+        raise ValueError(f"{place}: lacks records or failures; delete the file, and all is made again")
+    for record in records:
+        check_record(place, "manifest", record)
+    for failure in failures:
+        check_record(place, "failure", failure)
+    failed = {failure["sample"] for failure in failures}
+    made = [("sample", sample.name) for sample in mission.samples if sample.name not in failed]
+    found = [(record["kind"], record.get(record["kind"])) for record in records]
+    if found != [("mission", mission.name), *made] and (found or made):
+        return False
     return all(
-        (folder / path).is_file() and hashlib.sha256((folder / path).read_bytes()).hexdigest() == digest
-        for record in entry["records"]
-        for folder in [_folder(out, record)]
-        for path, digest in record["files"].items()
+        path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == digest
+        for path, digest in _files(out, records).items()
     )
+
+
+def _files(out: Path, records: Sequence[Record]) -> dict[Path, str]:
+    """Return the hash of each file of the records."""
+    return {_folder(out, record) / path: digest for record in records for path, digest in record["files"].items()}
 
 
 def _folder(out: Path, record: dict[str, Any]) -> Path:
@@ -94,10 +115,8 @@ def _folder(out: Path, record: dict[str, Any]) -> Path:
 
 def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> Entry:
     """Write the folders of a group, each whole or not at all, and return the group's entry."""
-    if isinstance(result, OSError | MemoryError):
-        raise result  # the machine's fault, not the sample's: try again
     if isinstance(result, BaseException):
-        failed = Made({}, None, f"{type(result).__name__}: {result}")
+        failed = Made({}, None, f"mission {mission.name}: {result}")
         result = Group(failed, {sample.index: failed for sample in mission.samples})
     records = []
     for made in (result.mission, *result.samples.values()):
@@ -122,10 +141,14 @@ def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
 def _finish(
     carried: CarriedPlans, plan: DatasetPlan, out: Path, journal: Journal[MissionPlan], entries: Sequence[Entry]
 ) -> Report:
+    records = [record for entry in entries for record in entry["records"]]
+    for path in _files(out, records):
+        if not path.is_file():
+            raise FileNotFoundError(f"{path}: was removed during the work; the same command makes it again")
     failures = [failure for entry in entries for failure in entry["failures"]]
     if failures:
         write_lines(out / FAILURES_FILE, failures)
-    manifest = build_manifest(carried, plan, [record for entry in entries for record in entry["records"]])
+    manifest = build_manifest(carried, plan, records)
     write_card(out, carried.spec, manifest, len(failures))
     write_manifest(out, manifest)
     journal.remove()

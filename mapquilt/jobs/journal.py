@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -14,7 +15,7 @@ from filelock import FileLock, Timeout
 
 from mapping.io.atomic import naming, write_bytes_atomically
 from mapping.io.safe_load import json_value
-from mapquilt.jobs.runner import Runner
+from mapquilt.jobs.runner import Runner, UnfinishedError, WorkerDeathError
 
 LOCK_FILE = ".lock"
 JOURNAL_FILE = ".journal.jsonl"
@@ -32,7 +33,8 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
     what messages call it, such as ``data set``. Half-written files of a killed process are removed. The lock dies with
     the process.
 
-    Raises ``ValueError`` if the folder holds anything else, a job with other settings, or another process works in it.
+    Raises ``ValueError`` if the folder holds anything else, a job with other settings, or another process works in it,
+    and ``OSError`` at the end if it was moved or deleted during the work.
     """
     path = folder / settings_file
     if path.exists():
@@ -49,9 +51,38 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
         with FileLock(folder / LOCK_FILE, timeout=0):
             for leftover in [*folder.glob(".*.part"), *folder.glob("*/.*.part"), *folder.glob("*/.*.old")]:
                 shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+            held = HeldFolder.at(folder)
             yield
+            held.check()
     except Timeout:
         raise ValueError(f"{folder}: another mapquilt process is writing into it; wait until it ends") from None
+
+
+@dataclass(frozen=True)
+class HeldFolder:
+    """Name a job's folder and its lock file, by device and inode: they show if the folder is still the same one."""
+
+    path: Path
+    lock: tuple[int, int]
+
+    @staticmethod
+    def at(path: Path) -> HeldFolder:
+        """Return the folder that a job holds now."""
+        return HeldFolder(path, _inode(path / LOCK_FILE))
+
+    def check(self) -> None:
+        """Raise ``OSError`` if the folder was moved, deleted or replaced since."""
+        try:
+            same = _inode(self.path / LOCK_FILE) == self.lock
+        except OSError:
+            same = False
+        if not same:
+            raise OSError(f"{self.path}: was moved or deleted during the work; put it back, and the command continues")
+
+
+def _inode(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_dev, status.st_ino
 
 
 class Journal(Generic[Task]):
@@ -73,8 +104,15 @@ class Journal(Generic[Task]):
         if len(whole) < len(data):
             with self.path.open("r+b") as file:
                 file.truncate(len(whole))
-        entries = [json_value(line, str(self.path)) for line in whole.splitlines()]
-        return {str(entry["task"] if "task" in entry else entry["mission"]): entry for entry in entries}
+        entries = [self._entry(line, number) for number, line in enumerate(whole.splitlines(), start=1)]
+        return {str(entry.get("task", entry.get("mission"))): entry for entry in entries}
+
+    def _entry(self, line: bytes, number: int) -> Entry:
+        place = f"{self.path}: line {number}"
+        entry = json_value(line, place)
+        if not isinstance(entry, dict) or not isinstance(entry.get("task", entry.get("mission")), str | int):
+            raise ValueError(f"{place}: names no task; delete the file, and all is made again")
+        return entry
 
     def run(
         self,
@@ -82,24 +120,47 @@ class Journal(Generic[Task]):
         function: Callable[[Task], Result],
         tasks: Sequence[Task],
         keep: Callable[[Task, Result | BaseException], Entry],
-        is_whole: Callable[[Entry], bool] = lambda entry: True,
+        is_whole: Callable[[Task, Entry], bool] = lambda task, entry: True,
         on_entries: Callable[[Sequence[Entry]], None] = lambda entries: None,
     ) -> list[Entry]:
         """Run the tasks that have no entry yet, and return the entries of all tasks in their order.
 
         ``keep`` stores a result, or the error that a task raised, and returns its entry. A task whose entry is not
         ``is_whole``, because a file was damaged or deleted, runs again. ``on_entries`` sees all entries so far.
+
+        A fault of the machine never becomes an entry. An ``OSError`` of a task is raised at once. A task whose workers
+        died, that had too little memory, or that met an error of the program is left, and the others run first; then
+        the error of the program is raised, or else ``UnfinishedError``.
         """
-        found = {name: entry for name, entry in self.entries().items() if is_whole(entry)}
-        done = {self.key(task): found[self.key(task)] for task in tasks if self.key(task) in found}
+        held = HeldFolder.at(self.path.parent)
+        known = self.entries()
+        done = {
+            name: known[name] for task in tasks if (name := self.key(task)) in known and is_whole(task, known[name])
+        }
         on_entries(list(done.values()))
         missing = [task for task in tasks if self.key(task) not in done]
+        faults: dict[str, BaseException] = {}
         with closing(runner.completed(function, missing)) as results:
             for task, result in results:
+                held.check()
+                if isinstance(result, OSError) and not isinstance(result, WorkerDeathError):
+                    raise result
+                if isinstance(result, BaseException) and not isinstance(result, ValueError):
+                    faults[self.key(task)] = result
+                    continue
                 entry = {"task": self.key(task), **keep(task, result)}
+                held.check()
                 self._append(entry)
                 done[self.key(task)] = entry
                 on_entries(list(done.values()))
+        for fault in faults.values():
+            if not isinstance(fault, WorkerDeathError | MemoryError):
+                raise fault
+        for name, fault in faults.items():
+            raise UnfinishedError(
+                f"{self.path.parent}: is unfinished: {len(faults)} of {len(tasks)} tasks were not done, the first is "
+                f"{name}: {str(fault) or 'memory was too short'}; the same command tries again"
+            )
         return [done[self.key(task)] for task in tasks]
 
     def _append(self, entry: Entry) -> None:

@@ -19,7 +19,7 @@ from typing import Any, Self, TypeVar
 from mapquilt.jobs.code_version import code_version
 
 MAX_TRIES = 3
-"""Number of times a task is tried when its worker dies."""
+"""Number of times a task is tried when the machine fails it: its worker dies, or memory or the disk is full."""
 
 TASKS_PER_PROCESS = 2
 """Tasks handed out per local process: none waits, and memory stays bounded."""
@@ -31,6 +31,14 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 Progress = Callable[[int, int], None]
 """Called with the number of finished tasks and their total."""
+
+
+class WorkerDeathError(OSError):
+    """The workers of a task died each time it was tried; most often the system killed them for want of memory."""
+
+
+class UnfinishedError(OSError):
+    """The machine failed some tasks of a job, each several times; the same command tries them again."""
 
 
 def no_progress(done: int, total: int) -> None:
@@ -168,9 +176,12 @@ def remote_runner(workers: Workers) -> Iterator[Runner | None]:
 class Runner:
     """Run tasks on workers that start with the first task and stop at the end of the ``with`` block.
 
-    ``start`` returns the pool to use; without it and with one local process, tasks run in this process. A worker that
-    dies breaks a process pool for good: the pool is started anew and the unfinished tasks are
-    handed out again, at most ``MAX_TRIES`` times.
+    ``start`` returns the pool to use; without it and with one local process, tasks run in this process.
+
+    A fault of the machine, an ``OSError`` or ``MemoryError`` of a task or the death of its worker, is not a result: the
+    task is tried again, at most ``MAX_TRIES`` times. A worker that dies breaks a process pool for good, and any of the
+    running tasks may have killed it: the pool is started anew, and each of them runs alone, so that no task is blamed
+    for another and memory is short for none.
     """
 
     def __init__(self, workers: Workers | None = None, start: Callable[[], Pool] | None = None) -> None:
@@ -215,7 +226,11 @@ class Runner:
     ) -> Generator[tuple[int, Result | BaseException]]:
         if self._start is None:
             for index, task in enumerate(tasks):
-                yield index, _outcome(function, task)
+                result = _outcome(function, task)
+                for _ in range(MAX_TRIES - 1):
+                    if isinstance(result, OSError | MemoryError):
+                        result = _outcome(function, task)
+                yield index, result
             return
         waiting = list(range(len(tasks) - 1, -1, -1))
         tries = [0] * len(tasks)
@@ -226,30 +241,46 @@ class Runner:
                     self._pool = self._start()
                 capacity = self._pool.capacity()
                 while waiting and len(running) < capacity:
+                    if running and any(tries[index] for index in (waiting[-1], *running.values())):
+                        break  # what was tried before runs alone
                     index = waiting.pop()
-                    running[self._pool.executor.submit(function, tasks[index])] = index
+                    running[_submit(self._pool.executor, function, tasks[index])] = index
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 if any(future.cancelled() for future in done):
                     raise _gone(self._pool.scheduler)
-                broken = [future for future in done if isinstance(future.exception(), BrokenProcessPool)]
-                for future in done:
-                    if future not in broken:
-                        error = future.exception()
-                        yield running.pop(future), future.result() if error is None else error
-                if broken:
+                if any(isinstance(future.exception(), BrokenProcessPool) for future in done):
                     self._pool.executor.shutdown(wait=False)
                     self._pool = None
-                    for index in running.values():  # any of these may have killed its worker
-                        tries[index] += 1
-                        if tries[index] < MAX_TRIES:
-                            waiting.append(index)
-                    failed = [index for index in running.values() if tries[index] >= MAX_TRIES]
-                    running.clear()
-                    for index in failed:
-                        yield index, RuntimeError(f"the worker died, {MAX_TRIES} times")
+                    done |= running.keys()
+                for future in done:
+                    index = running.pop(future)
+                    error = future.exception()
+                    tries[index] += 1
+                    if isinstance(error, OSError | MemoryError | BrokenProcessPool) and tries[index] < MAX_TRIES:
+                        waiting.append(index)
+                    else:
+                        yield index, future.result() if error is None else _named(error)
         finally:
             for future in running:
                 future.cancel()
+
+
+def _submit(executor: Executor, function: Callable[[Task], Result], task: Task) -> Future[Result]:
+    """Hand out a task. The future of a pool whose worker died idle is that of a pool whose worker died at work."""
+    try:
+        return executor.submit(function, task)
+    except BrokenProcessPool as error:
+        future: Future[Result] = Future()
+        future.set_exception(error)
+        return future
+
+
+def _named(error: BaseException) -> BaseException:
+    """Return the error of a task; the death of its worker, of which each kind of pool has an error of its own, as
+    ``WorkerDeathError``."""
+    if isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker":  # Dask's, tried often enough
+        return WorkerDeathError("its worker died each time it was tried; memory may be short")
+    return error
 
 
 def _outcome(function: Callable[[Task], Result], task: Task) -> Result | BaseException:

@@ -59,10 +59,8 @@ def _plan_record(plan: StudyPlan) -> dict[str, Any]:
 
 
 def _kept(out: Path, task: MissionTask, result: MissionTrials | BaseException) -> MissionTrials:
-    if isinstance(result, OSError | MemoryError | ImportError):
-        raise result  # the machine's fault, not the mission's: to be tried again
     if isinstance(result, BaseException):
-        return MissionTrials(failures=[Failure(task.name, None, f"{type(result).__name__}: {result}")])
+        return MissionTrials(failures=[Failure(task.name, None, str(result))])
     with atomic_folder(out / MAPS_FOLDER / task.name) as aside:
         for path, data in result.files.items():
             file = aside / Path(path).relative_to(task.name)

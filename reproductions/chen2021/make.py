@@ -98,7 +98,7 @@ def make_study(spec: StudySpec, out: Path, runner: Runner, on_progress: Progress
             run_task,
             longest_first(tasks),
             _keep,
-            lambda entry: _is_whole(out, entry),
+            lambda task, entry: _is_whole(out, entry),
             lambda entries: on_progress(before + len(entries), total),
         )
         return {entry["task"]: entry for entry in entries}

@@ -65,7 +65,8 @@ def make(
 ) -> int:
     """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
-    Exit status 1 if a sample failed, 3 if a mission did not reach its overlap; all others are made.
+    Exit status 1 if a sample cannot be made, 3 if a mission did not reach its overlap; all others are made. 75 if
+    workers died or memory was short, several times: the set is unfinished, and the same command continues.
 
     Example: mapquilt dataset make smoke --out data
     """
@@ -86,7 +87,10 @@ def make(
             typer.echo(f"mapquilt: {out} is unfinished; the same command continues from here", err=True)
             raise
     if report.failures:
-        print_table(f"{out}: {report.samples} samples; {report.failures} failed, see {out / FAILURES_FILE}")
+        planned = report.samples + report.failures
+        print_table(
+            f"{out}: {report.samples} of {planned} samples; {report.failures} failed, see {out / FAILURES_FILE}"
+        )
         return 1
     print_table(f"{out}: {report.samples} samples")
     if report.missed:

@@ -1,6 +1,8 @@
 """Executors: a dead worker loses no task, and a task that kills workers fails after three tries."""
 
+import errno
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -14,7 +16,16 @@ import pytest
 
 from mapquilt.jobs import runner as runner_module
 from mapquilt.jobs.code_version import code_version
-from mapquilt.jobs.runner import MAX_TRIES, Pool, Runner, Workers, _check_versions, dask_cluster, process_pool
+from mapquilt.jobs.runner import (
+    MAX_TRIES,
+    Pool,
+    Runner,
+    WorkerDeathError,
+    Workers,
+    _check_versions,
+    dask_cluster,
+    process_pool,
+)
 from tests.conftest import hashes
 from tests.mapquilt.cli.test_app import refused
 
@@ -62,8 +73,60 @@ def test_a_task_that_kills_its_worker_fails_after_three_tries():
     with pool(1) as runner:
         ((task, error),) = runner.completed(always_die, [7])
     assert task == 7
-    assert isinstance(error, RuntimeError)
-    assert str(MAX_TRIES) in str(error)
+    assert isinstance(error, WorkerDeathError)
+
+
+def die_if_seven(task):
+    number, folder = task
+    (folder / f"{number} {len(list(folder.iterdir()))}").touch()
+    return always_die(number) if number == 7 else number
+
+
+def test_no_task_is_blamed_for_another_that_kills_its_workers(tmp_path):
+    """Tasks that were running when a worker died run alone, and each but the killer is done."""
+    tasks = [(number, tmp_path) for number in range(5, 10)]
+    with pool(2) as runner:
+        results = {task[0]: result for task, result in runner.completed(die_if_seven, tasks)}
+    assert isinstance(results.pop(7), WorkerDeathError)
+    assert results == {number: number for number in (5, 6, 8, 9)}
+    assert len(list(tmp_path.glob("7 *"))) == MAX_TRIES
+
+
+def test_a_worker_that_dies_idle_is_replaced():
+    with pool(1) as runner:
+        assert runner.run(square, [3]) == [9]
+        (worker,) = multiprocessing.active_children()
+        worker.kill()
+        worker.join()
+        assert runner.run(square, [4]) == [16]
+
+
+def fail_until(task):
+    """Raise a fault of the machine in all but the last of some tries, which are counted by files."""
+    folder, error, tries = task
+    (folder / str(len(list(folder.iterdir())))).touch()
+    if len(list(folder.iterdir())) < tries:
+        raise error
+    return "done"
+
+
+@pytest.mark.parametrize("start", [None, lambda: Pool(ThreadPoolExecutor(1), lambda: 1)])
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), MemoryError()])
+def test_a_fault_of_the_machine_is_tried_again_at_most_three_times(tmp_path, start, error):
+    for tries in (2, MAX_TRIES, MAX_TRIES + 1):
+        folder = tmp_path / str(tries)
+        folder.mkdir()
+        with Runner(start=start) as runner:
+            ((_, result),) = runner.completed(fail_until, [(folder, error, tries)])
+        assert result == ("done" if tries <= MAX_TRIES else error)
+        assert len(list(folder.iterdir())) == min(tries, MAX_TRIES)
+
+
+def test_a_refusal_is_tried_once(tmp_path):
+    with Runner() as runner:
+        ((_, result),) = runner.completed(fail_until, [(tmp_path, ValueError("no"), 2)])
+    assert str(result) == "no"
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 PARENT = """
