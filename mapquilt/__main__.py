@@ -14,6 +14,9 @@ from mapquilt.cli.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED, TERMIN
 def main() -> None:
     """Run the command line and exit with its status."""
     signal.signal(signal.SIGTERM, _terminate)
+    _fill_descriptors()
+    if sys.stdout is None:
+        sys.exit(_fail("standard output: is closed; redirect it to /dev/null to discard it", BAD_INPUT))
     try:
         from mapquilt.cli.app import run
         from mapquilt.cli.standard_output import named
@@ -38,16 +41,22 @@ def _terminate(number: int, frame: FrameType | None) -> None:
     raise Termination
 
 
+def _fill_descriptors() -> None:
+    """Open closed standard streams on the null device, so that no file gets their number and what is printed."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+
+
 def _fail(message: str, status: int) -> int:
-    sys.stderr.write(f"mapquilt: {message}\n")
+    if sys.stderr is not None:
+        sys.stderr.write(f"mapquilt: {message}\n")
     return status
 
 
 def _flushed(status: int) -> int:
     """Flush standard output and return the exit status. On an error, discard the rest of the output, so that the
     interpreter does not try again, and report the error once."""
-    if sys.stdout is None:
-        return status
     try:
         sys.stdout.flush()
     except OSError as error:

@@ -13,7 +13,7 @@ from mapping.io.atomic import write_bytes_atomically
 from mapquilt.dataset.manifest import Manifest
 from mapquilt.dataset.spec import LICENCE, DatasetSpec
 from mapquilt.viz.palette import INK, ROBOTS
-from mapquilt.viz.png import figure_png
+from mapquilt.viz.png import default_style, figure_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -136,6 +136,7 @@ def natural_order(name: str) -> tuple[float, str]:
     return (float(head) if head.replace(".", "", 1).isdigit() else 0.0, name)
 
 
+@default_style()
 def draw_figures(samples: Sequence[dict[str, Any]]) -> Figure:
     """Draw histograms of overlap, distortion, relative scale, and residual of the true transforms."""
     from matplotlib.figure import Figure

@@ -92,7 +92,12 @@ def process_pool(workers: int, preload: Sequence[str] = ()) -> Executor:
     context = multiprocessing.get_context("forkserver" if shared else "spawn")
     if shared:
         context.set_forkserver_preload(list(preload))
-    return ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+    try:
+        return ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+    except OSError as error:  # it names no file; the semaphores of a pool are files in /dev/shm
+        raise OSError(
+            f"--workers {workers}: no processes can be started ({error.strerror}: /dev/shm); --workers 1 needs none"
+        ) from None
 
 
 def _start_worker() -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mapquilt.merging.morphology_steps import PairSteps, RefinedMatch, TeamSteps
 from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS
+from mapquilt.viz.png import default_style
 from merge.literature.chen2021.correction import Correction
 from merge.literature.chen2021.interest_points import point_picture
 
@@ -53,6 +54,7 @@ def picture_png(picture: Picture) -> bytes:
     return data.tobytes()
 
 
+@default_style()
 def direction_figure(name: str, found: Correction) -> Figure:
     """Plot the energy of the projections against the direction, and state the sharpness of its maximum."""
     from matplotlib.figure import Figure
@@ -88,6 +90,7 @@ COLUMNS = (
 )
 
 
+@default_style()
 def sheet_figure(names: Sequence[str], corrections: Sequence[Correction]) -> Figure:
     """Draw a row of steps for each map."""
     from matplotlib.figure import Figure
@@ -134,6 +137,7 @@ def _show(axes: Axes, picture: Picture) -> None:
         spine.set_color("#d0d4d9")
 
 
+@default_style()
 def match_figure(team: TeamSteps, pair: PairSteps) -> Figure:
     """Draw the corner matches of the best transform of each quarter turn, by falling acceptance index."""
     from matplotlib.figure import Figure

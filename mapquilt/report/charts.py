@@ -27,6 +27,7 @@ from mapquilt.viz.plot_style import (
     write_heading,
     write_legend,
 )
+from mapquilt.viz.png import default_style
 from mapquilt.viz.reliability import reliability_figure
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def common_charts(answers: Answers, of_study: bool) -> list[Chart]:
     return [chart for chart in found if chart is not None]
 
 
+@default_style()
 def _outcomes(answers: Answers) -> Chart:
     methods = methods_of(answers)
     figure, (panel,) = new_figure(1, width=11.5, height=0.9 + 0.42 * len(methods))
@@ -144,6 +146,7 @@ def _between(low: float, high: float) -> Callable[[EvaluatedPair], bool]:
     return lambda one: one.truth.overlap is not None and low < one.truth.overlap <= high
 
 
+@default_style()
 def _success(answers: Answers, classes: Sequence[Class], axis: str) -> tuple[Figure, str]:
     figure, (panel,) = new_figure(1, width=6.2, height=3.4)
     methods = methods_of(answers)
@@ -166,6 +169,7 @@ def _success(answers: Answers, classes: Sequence[Class], axis: str) -> tuple[Fig
     return figure, "; ".join(texts)
 
 
+@default_style()
 def _errors(answers: Answers) -> Chart | None:
     parts = [
         ("displacement", "m", "displacement_m", 0.001),
@@ -228,6 +232,7 @@ def _calibration(answers: Answers) -> Chart | None:
     )
 
 
+@default_style()
 def _time(answers: Answers) -> Chart | None:
     timed = [
         (method, seconds)
@@ -265,6 +270,7 @@ def _time(answers: Answers) -> Chart | None:
     )
 
 
+@default_style()
 def stage_chart(timings: Mapping[str, Mapping[str, float]]) -> Chart:
     """Draw the wall time of each step of a run."""
     steps = [

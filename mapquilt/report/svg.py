@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mapquilt.viz.palette import INK, ROBOTS
 from mapquilt.viz.plot_style import GRID, MUTED
+from mapquilt.viz.png import default_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,6 +19,7 @@ THEMED = {INK: "--ink", MUTED: "--muted", GRID: "--line"} | {colour: f"--c{k}" f
 _ID = re.compile(r'(\bid="|url\(#|xlink:href="#)')
 
 
+@default_style()
 def figure_svg(figure: Figure, name: str) -> str:
     """Render a figure as ``<svg>``; ``name`` makes its ids unique on the page."""
     from matplotlib import rc_context

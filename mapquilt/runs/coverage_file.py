@@ -11,7 +11,7 @@ from mapping.io.atomic import write_bytes_atomically
 from mapquilt.json_file import read_record, write_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.palette import INK, robot_colour
-from mapquilt.viz.png import figure_png
+from mapquilt.viz.png import default_style, figure_png
 from sim.mission.coverage import Coverage
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def coverage_line(folder: Path) -> str:
     return f"seen of the {record['free_area_m2']:.0f} m^2 of free floor: {100 * record['team'][-1]:.0f} % ({each})"
 
 
+@default_style()
 def _curves(seen: Coverage) -> Figure:
     from matplotlib.figure import Figure
 

@@ -18,11 +18,13 @@ from mapquilt.scoring.true_scene import TrueScene
 from mapquilt.viz.merge_picture import count_of_merged, extent_of, show_all_walls, show_grid
 from mapquilt.viz.palette import TRUE_WALL, map_colours, robot_colour
 from mapquilt.viz.panels import lay_out, write_title
+from mapquilt.viz.png import default_style
 
 LEGEND_COLUMNS, LEGEND_ROW_INCHES = 5, 0.17
 TRUE_OBSTACLE = "#3a3f46"
 
 
+@default_style()
 def overview_figure(
     scene: TrueScene,
     maps: MapSet,

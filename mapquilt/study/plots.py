@@ -20,6 +20,7 @@ from mapquilt.viz.plot_style import (
     write_heading,
     write_legend,
 )
+from mapquilt.viz.png import default_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -94,6 +95,7 @@ def study_figures(results: StudyResults) -> Mapping[str, Figure]:
     }
 
 
+@default_style()
 def success_figure(results: StudyResults) -> Figure:
     """Draw the shares of true and of false accepts, in a row for each value of the second setting if there is one."""
     columns: list[tuple[str, OfCell]] = [
@@ -108,6 +110,7 @@ def success_figure(results: StudyResults) -> Figure:
     return figure
 
 
+@default_style()
 def errors_figure(results: StudyResults) -> Figure:
     """Draw median and 90th percentile of the errors of accepted answers."""
     columns: list[tuple[str, OfCell]] = [
@@ -123,6 +126,7 @@ def errors_figure(results: StudyResults) -> Figure:
     return figure
 
 
+@default_style()
 def quality_figure(results: StudyResults) -> Figure:
     """Draw the quality of the merged map against all that the team observed, and the acceptance index."""
     columns: list[tuple[str, OfCell]] = [
@@ -136,6 +140,7 @@ def quality_figure(results: StudyResults) -> Figure:
     return figure
 
 
+@default_style()
 def time_figure(results: StudyResults) -> Figure:
     """Draw the processor time of a pair: median, 10th and 90th percentile over missions."""
     times = {(time.level, time.method): time for time in results.times}

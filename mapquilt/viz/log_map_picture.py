@@ -13,6 +13,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapquilt.viz.merge_picture import extent_of, show_grid
 from mapquilt.viz.palette import FENCE, INK, map_colours, robot_colour
 from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, lay_out, write_title
+from mapquilt.viz.png import default_style
 
 LONGER_SIDE = 8.0
 """Longer side of the map on the sheet [inches]."""
@@ -23,6 +24,7 @@ LEGEND = 0.35
 REFERENCE = "#8b949e"
 
 
+@default_style()
 def log_map_figure(
     name: str,
     details: str,

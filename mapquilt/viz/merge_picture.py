@@ -17,12 +17,14 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.viz.palette import CONFLICT, CONFLICT_FREE, FREE, UNKNOWN, at_screen_size, map_colours, of_255, picture
 from mapquilt.viz.panels import Extent, lay_out, write_title
+from mapquilt.viz.png import default_style
 from merge.records.result import MergedGroup
 
 OPACITY = 0.9
 """Opacity of a map's walls where they cover those of other maps."""
 
 
+@default_style()
 def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
     """Draw the merged map of each group, the walls of its maps over one another, and every input map.
 

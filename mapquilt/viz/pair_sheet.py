@@ -10,7 +10,7 @@ from mapping.io.map_file import load_map
 from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
 from mapquilt.viz.pair_card import TRUE_PLACE, card_picture
 from mapquilt.viz.palette import INK, OUTCOME_COLOURS, ROBOTS
-from mapquilt.viz.png import figure_png
+from mapquilt.viz.png import default_style, figure_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,6 +43,7 @@ def sheet_pages(pairs: Sequence[EvaluatedPair]) -> Iterator[bytes]:
         yield figure_png(_page(pairs[page * size : (page + 1) * size], f"page {page + 1} of {pages}"))
 
 
+@default_style()
 def _page(pairs: Sequence[EvaluatedPair], page: str) -> Figure:
     from matplotlib.figure import Figure
 

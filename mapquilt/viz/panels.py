@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mapquilt.viz.palette import FREE, INK, of_255
+from mapquilt.viz.png import default_style
 
 WIDTH = 4.6
 """Width of a panel [inches]."""
@@ -48,6 +49,7 @@ class Extent:
         return Extent(x - width / 2.0, x + width / 2.0, y - height / 2.0, y + height / 2.0)
 
 
+@default_style()
 def lay_out(
     extents: Sequence[Extent], legend_inches: float = 0.0, columns: int | None = None
 ) -> tuple[Figure, list[Axes]]:

@@ -13,6 +13,7 @@ from mapping.map_set import MapSet
 from mapquilt.viz.merge_picture import extent_of, show_grid, show_walls
 from mapquilt.viz.palette import INK, robot_colour
 from mapquilt.viz.panels import Extent, lay_out, write_title
+from mapquilt.viz.png import default_style
 from merge.records.result import MergeResult, PairResult
 
 MOST_PAIRS = 6
@@ -30,6 +31,7 @@ def pairs_to_show(result: MergeResult) -> tuple[PairResult, ...]:
     return tuple(sorted(apart, key=lambda pair: -pair.confidence)[:MOST_PAIRS])
 
 
+@default_style()
 def refused_figure(maps: MapSet, pairs: Sequence[PairResult]) -> Figure:
     """Draw a row for each pair: the source's walls over the target's at the candidate, and at the runner-up."""
     grid_of = dict(zip(maps.names, maps.grids, strict=True))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import number_text
 from mapquilt.viz.plot_style import MUTED, draw_series, in_per_cent, new_figure, write_axes, write_heading
+from mapquilt.viz.png import default_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 COLUMNS = 3
 
 
+@default_style()
 def reliability_figure(calibrations: Sequence[Calibration], series: Sequence[int] | None = None) -> Figure:
     """Draw bins of equal mass with Wilson's intervals, a panel per method; a calibrated one lies on the diagonal.
 

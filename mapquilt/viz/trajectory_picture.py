@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from mapquilt.viz.palette import TRUE_WALL, robot_colour
 from mapquilt.viz.plot_style import DPI, quieten, write_axes, write_heading
+from mapquilt.viz.png import default_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@default_style()
 def trajectory_figure(
     stamps: NDArray[np.float64],
     estimate: NDArray[np.float64],

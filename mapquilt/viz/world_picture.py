@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mapping.geometry.se2 import SE2
 from mapquilt.viz.palette import FENCE, INK, robot_colour
-from mapquilt.viz.png import figure_png
+from mapquilt.viz.png import default_style, figure_png
 from worlds.families.registry import FAMILIES, make_world
 from worlds.world import World
 
@@ -19,6 +19,7 @@ SOLID = "#3a3f46"
 SHEET_COLUMNS = 5
 
 
+@default_style()
 def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
     """Draw a world as PNG: obstacles, dashed fence, starts with their headings, width and height [m]."""
     from matplotlib.figure import Figure
@@ -50,6 +51,7 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
     return figure_png(figure)
 
 
+@default_style()
 def sheet_picture(seed: int) -> bytes:
     """Draw one small world of each family on one sheet."""
     from matplotlib.figure import Figure

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mapquilt.viz.palette import INK, ROBOTS
+from mapquilt.viz.png import default_style
 from reproductions.chen2021.cases import CASES
 from reproductions.chen2021.make import Study
 from reproductions.chen2021.methods import CORRECTED, PLAIN
@@ -25,6 +26,7 @@ LEAST_INDEX = 0.84
 """Lower end of the plot of indices; lower ones are drawn on its edge."""
 
 
+@default_style()
 def right_figure(counted: Sequence[CaseTally]) -> Figure:
     """Plot the share of right answers by case, with Wilson's intervals, and the thesis's own."""
     from matplotlib.figure import Figure
@@ -72,6 +74,7 @@ def _draw_thesis(axes: Axes) -> None:
         )
 
 
+@default_style()
 def index_figure(study: Study) -> Figure:
     """Plot the acceptance index at each answer, before and after the correction, and at the truth."""
     from matplotlib.figure import Figure

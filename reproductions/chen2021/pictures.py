@@ -17,6 +17,7 @@ from mapping.grid.resampling import resampled
 from mapquilt.merging.morphology_steps import corrected_maps, refined_matches
 from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS, WALL, picture
+from mapquilt.viz.png import default_style
 from merge.literature.chen2021.morphology import CorrectedMap
 from merge.literature.chen2021.sift import Features, Sift
 from merge.preparation.map_image import pixels_from_cells, trinary_picture
@@ -38,6 +39,7 @@ NEAR_CELLS = 5.0
 """Largest error of a match that counts as correct [cells of the coarser map]."""
 
 
+@default_style()
 def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
     """Draw every map, with the corrected one below it."""
     from matplotlib.figure import Figure
@@ -57,6 +59,7 @@ def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
     return figure
 
 
+@default_style()
 def case_figure(case: Case, maps: Mapping[str, DrawnMap], study: Study, seed: int) -> Figure:
     """Draw matches before and after the correction, and the merged maps with their acceptance index."""
     from matplotlib.figure import Figure
