@@ -11,6 +11,7 @@ from typing import Any
 from mapping.geometry.similarity2 import Similarity2
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import read_json
+from mapping.io.transaction import finish_transaction
 
 OLD_EVIDENCE = {
     "agreement": "score",
@@ -62,8 +63,11 @@ def to_text(record: dict[str, Any]) -> str:
 def read_record(path: Path, kind: str) -> dict[str, Any]:
     """Read a JSON file, of the present schema of its kind or an older one, with the present names of all fields.
 
+    A transaction that a killed writer left in its folder is finished first.
+
     Raises ``ValueError`` with the file and the fault, ``OSError`` if it cannot be read.
     """
+    finish_transaction(path.parent)
     record = read_json(path)
     if isinstance(record, dict):
         record = present_record(record, record.get("schema"))

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from mapping.arrays import sealed
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, UNKNOWN, OccupancyGrid
-from mapping.io.atomic import write_files_atomically
 from mapping.io.map_yaml import MapYaml, Mode, image_path, image_warnings, map_yaml_text, read_map_yaml
 from mapping.io.occupancy_grey import (
     FREE_GREY,
@@ -24,6 +23,7 @@ from mapping.io.occupancy_grey import (
     thresholds,
 )
 from mapping.io.picture import Picture, picture_bytes, read_picture
+from mapping.io.transaction import finish_transaction, write_files_atomically
 from mapping.map_set import Unit
 
 SAVED_GREYS = frozenset((OCCUPIED_GREY, FREE_GREY, UNKNOWN_GREY))
@@ -67,6 +67,7 @@ def load_map(path: str | Path, *, unknown_grey: UnknownGrey = None) -> LoadedMap
     path = Path(path)
     if isinstance(unknown_grey, int) and not 0 <= unknown_grey <= 255:
         raise ValueError(f"unknown_grey is {unknown_grey}, must be 0 to 255")
+    finish_transaction(path.parent)
     if path.suffix.lower() not in (".yaml", ".yml"):
         return _loaded(path, MapYaml(image=path.name), read_picture(path), "cell", _yaml_beside(path), unknown_grey)
     meta, warnings = read_map_yaml(path)

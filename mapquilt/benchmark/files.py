@@ -7,8 +7,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import atomic_folder
 from mapping.io.safe_load import read_json
+from mapping.io.transaction import atomic_folder, change_files
 from mapquilt.benchmark.results import BenchmarkResults
 from mapquilt.benchmark.table import markdown
 from mapquilt.evaluation.calibration import Calibration
@@ -33,30 +33,33 @@ def write_folder(
     pictures: int,
     on_progress: Progress = no_progress,
 ) -> None:
-    """Write tables, records and pictures, all or nothing; a benchmark in that folder is replaced.
+    """Write tables and records, all or nothing, then draw pictures and write them; a benchmark there is replaced.
 
     ``settings`` are scale and seed, as summary.json names them. At most ``pictures`` pairs a method are drawn, errors
     first. Times are in timings.json and table.md alone.
     """
-    with atomic_folder(out) as folder:
+    with atomic_folder(out, ledger=True) as folder:
         rows = (to_row(one, out.resolve().parent) for one in results.answers)
         (folder / PAIRS_FILE).write_text(csv_text(rows), encoding="utf-8")
         write_record(folder / SUMMARY_FILE, "summary", summary_record(results, settings))
         (folder / TIMINGS_FILE).write_text(to_text(timings_record(results)), encoding="utf-8")
         (folder / TABLE_FILE).write_text(markdown(results), encoding="utf-8")
-        if results.calibrations:
-            (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure(results.calibrations)))
-        if pictures:
-            _write_sheets(folder / SHEETS_FOLDER, results, pictures, on_progress)
+    drawn: dict[Path, bytes] = {}
+    if results.calibrations:
+        drawn[out / RELIABILITY_PICTURE] = figure_png(reliability_figure(results.calibrations))
+    if pictures:
+        drawn |= _sheets(out / SHEETS_FOLDER, results, pictures, on_progress)
+    change_files(out, drawn, (), ledger=True)
 
 
-def _write_sheets(folder: Path, results: BenchmarkResults, pictures: int, on_progress: Progress) -> None:
-    folder.mkdir()
+def _sheets(folder: Path, results: BenchmarkResults, pictures: int, on_progress: Progress) -> dict[Path, bytes]:
+    pages = {}
     for done, method in enumerate(results.methods, start=1):
         shown = most_relevant_first(results.of_method(method))[:pictures]
         for number, page in enumerate(sheet_pages(shown), start=1):
-            (folder / f"{method.replace(' ', '-')}-{number:02d}.png").write_bytes(page)
+            pages[folder / f"{method.replace(' ', '-')}-{number:02d}.png"] = page
         on_progress(done, len(results.methods))
+    return pages
 
 
 def summary_record(results: BenchmarkResults, settings: dict[str, Any]) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from mapping.io.atomic import atomic_folder
 from mapping.io.carmen import save_carmen
 from mapping.io.map_file import UnknownGrey
 from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
+from mapping.io.transaction import atomic_folder
 from mapping.io.tum import save_tum
 from mapquilt.convert.convert_map import convert_map
 from mapquilt.convert.reframing import Reframing

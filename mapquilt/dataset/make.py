@@ -9,7 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import atomic_folder, write_bytes_atomically
+from mapping.io.atomic import write_bytes_atomically
+from mapping.io.transaction import LEDGER_FILE, atomic_folder
 from mapquilt.dataset.card import write_card
 from mapquilt.dataset.carried_plans import CarriedPlans
 from mapquilt.dataset.group import Group, Made, make_group
@@ -31,6 +32,7 @@ from mapquilt.jobs.code_version import code_version
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record
+from mapquilt.runs.folder import ANSWER_FILES
 
 FAILURES_FILE = "failures.jsonl"
 
@@ -132,7 +134,7 @@ def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> Ent
 
 
 def _write_folder(folder: Path, files: dict[str, bytes]) -> None:
-    with atomic_folder(folder) as aside:
+    with atomic_folder(folder, stale=(*ANSWER_FILES, LEDGER_FILE)) as aside:
         for path, data in files.items():
             (aside / path).parent.mkdir(parents=True, exist_ok=True)
             write_bytes_atomically(aside / path, data)

@@ -6,7 +6,8 @@ import dataclasses
 import hashlib
 from pathlib import Path
 
-from mapping.io.atomic import atomic_folder, write_bytes_atomically
+from mapping.io.atomic import write_bytes_atomically
+from mapping.io.transaction import atomic_folder
 from mapquilt.dataset.carried_plans import carry_plans
 from mapquilt.dataset.group import Made, make_group
 from mapquilt.dataset.manifest import MISSIONS_FOLDER, SAMPLES_FOLDER, SPEC_FILE, read_manifest

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -13,8 +12,9 @@ from typing import Any, Generic, TypeVar
 
 from filelock import FileLock, Timeout
 
-from mapping.io.atomic import naming, write_bytes_atomically
+from mapping.io.atomic import naming, remove_temporaries, write_bytes_atomically
 from mapping.io.safe_load import json_value
+from mapping.io.transaction import change_files, finish_transaction
 from mapquilt.jobs.runner import Runner, UnfinishedError, WorkerDeathError
 
 LOCK_FILE = ".lock"
@@ -37,6 +37,7 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
     and ``OSError`` at the end if it was moved or deleted during the work.
     """
     path = folder / settings_file
+    finish_transaction(folder)
     if path.exists():
         if path.read_text(encoding="utf-8") != settings:
             raise ValueError(f"{folder}: holds a {kind} with other settings; choose another folder")
@@ -49,8 +50,7 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
         write_bytes_atomically(path, settings.encode())
     try:
         with FileLock(folder / LOCK_FILE, timeout=0):
-            for leftover in [*folder.glob(".*.part"), *folder.glob("*/.*.part"), *folder.glob("*/.*.old")]:
-                shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+            recover_folders(folder)
             held = HeldFolder.at(folder)
             yield
             held.check()
@@ -83,6 +83,31 @@ class HeldFolder:
 def _inode(path: Path) -> tuple[int, int]:
     status = path.stat()
     return status.st_dev, status.st_ino
+
+
+def recover_folders(folder: Path) -> None:
+    """Finish or remove what killed writers left in a job's folder, in those below it, and in those below them.
+
+    Nothing behind a link is touched, nor what a living writer holds.
+    """
+    inner = [one for one in folder.iterdir() if _is_own(one)]
+    for place in (folder, *inner, *(one for each in inner for one in each.iterdir() if _is_own(one))):
+        finish_transaction(place)
+        remove_temporaries(place)
+
+
+def _is_own(path: Path) -> bool:
+    return not path.name.startswith(".") and path.is_dir() and not path.is_symlink()
+
+
+def remove_job(folder: Path, settings_file: str) -> None:
+    """Delete the files of a finished job, and its folder if nothing else is in it."""
+    if not folder.is_dir():
+        return
+    change_files(folder, {}, (settings_file, JOURNAL_FILE))
+    (folder / LOCK_FILE).unlink(missing_ok=True)
+    if not any(folder.iterdir()):
+        folder.rmdir()
 
 
 class Journal(Generic[Task]):

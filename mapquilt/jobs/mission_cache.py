@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import json
 import re
-import shutil
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -15,8 +14,9 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from mapping.io.atomic import atomic_folder, write_bytes_atomically
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.safe_load import read_json
+from mapping.io.transaction import atomic_folder
 from mapquilt.jobs.code_version import code_digest
 from mapquilt.json_file import to_text
 from sim.mission.file import load_mission, save_mission
@@ -63,7 +63,6 @@ class MissionCache:
             trouble = _trouble(entry) if entry.exists() else None
             if entry.exists() and trouble is None:
                 return CachedMission(load_mission(entry), found=True)
-            _clear_leftovers(entry)
             mission, _ = simulate(world, settings, seed, clear_range=clear_range)
             with atomic_folder(entry) as aside:
                 save_mission(mission, aside)
@@ -115,8 +114,8 @@ def _trouble(entry: Path) -> str | None:
     expected = record.get("files") if isinstance(record, dict) else None
     if not isinstance(expected, dict):
         return f"its {HASHES_FILE} lists no files"
-    for name in sorted(expected.keys() | found.keys()):
-        if expected.get(name) != found.get(name):
+    for name, digest in sorted(expected.items()):
+        if digest != found.get(name):
             return f"its {name} has changed"
     return None
 
@@ -124,9 +123,3 @@ def _trouble(entry: Path) -> str | None:
 def _hashes(entry: Path) -> dict[str, str]:
     files = sorted(path for path in entry.iterdir() if path.is_file() and path.name != HASHES_FILE)
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
-def _clear_leftovers(entry: Path) -> None:
-    """Delete the partial files of a killed process. The caller holds the lock."""
-    for path in entry.parent.glob(f".{entry.name}.*.*"):
-        shutil.rmtree(path)

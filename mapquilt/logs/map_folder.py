@@ -7,9 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import atomic_folder, write_bytes_atomically
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.map_file import save_map
 from mapping.io.robot_log_file import save_robot_log
+from mapping.io.transaction import atomic_folder
 from mapping.io.tum import save_tum
 from mapping.slam.g2o import g2o_text
 from mapquilt.json_file import write_record
@@ -34,7 +35,7 @@ def refuse_map_folder(out: Path, several: bool) -> None:
 def write_log_map(out: Path, drawn: LogMap) -> None:
     """Write the folder of one map, whole or not at all."""
     refuse_map_folder(out, several=False)
-    with atomic_folder(out) as folder:
+    with atomic_folder(out, ledger=True) as folder:
         _fill(folder, drawn)
 
 
@@ -46,7 +47,7 @@ def write_log_run(out: Path, maps: Sequence[LogMap], parts: int, on_step: Callab
     """
     refuse_map_folder(out, several=True)
     truth = reference_truth(maps, on_step) if share_a_reference(maps) else None
-    with atomic_folder(out) as folder:
+    with atomic_folder(out, ledger=True) as folder:
         write_record(folder / run_folder.RUN_FILE, "run", _run_record(maps, parts, truth))
         write_record(folder / run_folder.MAPS_FILE, "maps", _maps_record(maps))
         write_bytes_atomically(folder / SHEET_FILE, figure_png(_sheet(maps)))

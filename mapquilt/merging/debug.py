@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mapping.io.atomic import atomic_folder
+from mapping.io.transaction import atomic_folder
 from mapping.map_set import MapSet
 from mapquilt.jobs.progress import count_progress
 from mapquilt.json_file import write_record
@@ -55,7 +55,7 @@ def write_debug(out: Path, team: TeamSteps, on_progress: Callable[[int, int], No
 
     refuse_foreign(out, RECORD_FILE)
     total = len(team.maps) + len(team.pairs)
-    with atomic_folder(out) as folder:
+    with atomic_folder(out, ledger=True) as folder:
         for number, (name, each) in enumerate(zip(team.names, team.maps, strict=True)):
             place = folder / f"{number}-{Path(name).name}"
             place.mkdir()

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-import shutil
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
 
-from mapping.io.atomic import write_files_atomically
 from mapping.io.map_file import map_files
+from mapping.io.transaction import LEDGER_FILE, change_files, written_files
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import record_bytes
 from mapquilt.merging.merge_file import group_stems, has_files, merge_record
@@ -31,14 +30,15 @@ def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
     if run_folder.is_run(folder):
         raise ValueError(f"{folder}: is a run, whose maps `mapquilt merge {folder}` merges; choose another folder")
     written = [path for path in folder.glob("*") if path.suffix in (".yaml", ".pgm") and is_answer(path.name)]
-    kept = [path for path in (folder / INPUTS).rglob("*") if path.is_file()]
+    copies = folder / INPUTS
+    kept = [] if copies.is_symlink() else [path for path in copies.rglob("*") if path.is_file()]
     spare_maps(folder, sources, [*written, *kept])
     run_folder.refuse_foreign(folder, run_folder.MERGE_FILE)
 
 
 def is_answer(name: str) -> bool:
     """Check if ``merge`` or ``score`` adds a file of that name to a folder."""
-    return name in run_folder.ANSWER_FILES or _OF_A_GROUP.fullmatch(name) is not None
+    return name in (*run_folder.ANSWER_FILES, LEDGER_FILE) or _OF_A_GROUP.fullmatch(name) is not None
 
 
 def merge_files(
@@ -70,29 +70,25 @@ def write_merge(
     return _write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
 
 
-def _write_answer(folder: Path, inputs: MergeInputs, files: dict[Path, bytes]) -> tuple[Path, ...]:
-    """Write the files of a merge, all or none, and delete those that only an older merge had."""
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    write_files_atomically(files)
-    for path in _left(folder, files, inputs.files):
-        if path.is_dir():
-            shutil.rmtree(path)
-        else:
-            path.unlink()
+def _write_answer(
+    folder: Path, inputs: MergeInputs, files: dict[Path, bytes], stale: Collection[str] = ()
+) -> tuple[Path, ...]:
+    """Write the files of a merge and delete the ``stale`` ones and those that only an older merge had, all or none."""
+    folder.mkdir(parents=True, exist_ok=True)
+    change_files(folder, files, {*_left(folder, inputs.files), *stale}, ledger=True)
     return tuple(files)
 
 
-def _left(folder: Path, files: dict[Path, bytes], kept: Iterable[str]) -> list[Path]:
-    of_only_some = [
-        path
-        for path in folder.iterdir()
-        if (_OF_A_GROUP.fullmatch(path.name) or path.name == run_folder.REFUSED_PICTURE) and path not in files
+def _left(folder: Path, kept: Iterable[str]) -> list[str]:
+    """List the files of older merges of which a merge has not always the same: of groups, and copies of inputs."""
+    places = {PurePosixPath(file).parent for file in kept}
+    return [
+        name
+        for name in written_files(folder)
+        if _OF_A_GROUP.fullmatch(name)
+        or name == run_folder.REFUSED_PICTURE
+        or (name.startswith(f"{INPUTS}/") and places.isdisjoint(PurePosixPath(name).parents))
     ]
-    places = {folder / Path(file).parent for file in kept}
-    inputs = folder / INPUTS
-    copies = [path for path in inputs.iterdir() if path not in places] if inputs.is_dir() else []
-    return of_only_some + copies
 
 
 def merge_run(
@@ -124,7 +120,6 @@ def merge_run(
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
     if (run / run_folder.RUN_FILE).read_bytes() != made_by:
         raise ValueError(f"{run}: was replaced by another run during the merge; merge again")
-    written = _write_answer(run, inputs, files | run_folder.timings_file(run, timings, "merge", seconds))
-    for stale in (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE):
-        (run / stale).unlink(missing_ok=True)
-    return result, written
+    files |= run_folder.timings_file(run, timings, "merge", seconds)
+    stale = (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE)
+    return result, _write_answer(run, inputs, files, stale)

@@ -22,10 +22,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.io.atomic import atomic_folder, write_files_atomically
+from mapping.io.atomic import remove_temporaries
 from mapping.io.map_file import load_map
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.safe_path import safe_path
+from mapping.io.transaction import atomic_folder, change_files, finish_transaction
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapquilt.json_file import read_record, record_bytes
@@ -73,7 +74,8 @@ Timings = dict[str, dict[str, float]]
 
 
 def is_run(folder: Path) -> bool:
-    """Check if the folder is a run of mapquilt."""
+    """Check if the folder is a run of mapquilt. A transaction that a killed writer left there is finished first."""
+    finish_transaction(folder)
     return (folder / RUN_FILE).is_file()
 
 
@@ -81,11 +83,14 @@ def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
     """Raise ``ValueError`` if writing to the folder would overwrite files of others.
 
     A folder that is not empty must hold the record ``mark``, of a run or of a merge. A folder inside another run or
-    merge is refused too, since it would be deleted with that.
+    merge is refused too, since their files would mix. What a killed writer left there is finished or removed first.
     """
     kind = Path(mark).stem
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder}: exists and is not a folder")
+    if folder.exists():
+        finish_transaction(folder)
+        remove_temporaries(folder)
     if (folder / mark).is_file():
         read_record(folder / mark, kind)
     elif folder.exists() and any(folder.iterdir()):
@@ -117,12 +122,13 @@ def _holds(folder: Path, mark: str) -> bool:
 
 @contextmanager
 def new_run(folder: Path) -> Iterator[Path]:
-    """Yield a temporary folder to write a run into, which is renamed to ``folder`` when the block succeeds.
+    """Yield a temporary folder to write a run into, whose files are those of ``folder`` when the block succeeds.
 
-    An existing run is replaced. Raises ``ValueError`` for any other folder that is not empty.
+    Of an existing run, the files that mapquilt wrote are replaced or deleted; all others stay. Raises ``ValueError``
+    for any other folder that is not empty.
     """
     refuse_foreign(folder)
-    with atomic_folder(folder) as aside:
+    with atomic_folder(folder, ledger=True, stale=ANSWER_FILES) as aside:
         yield aside
 
 
@@ -132,6 +138,7 @@ def require_run(folder: Path) -> Path:
         raise ValueError(f"{folder}: no such run folder")
     if not is_run(folder):
         raise ValueError(f"{folder}: is not a run of mapquilt (it has no {RUN_FILE})")
+    remove_temporaries(folder, "mapquilt")
     read_record(folder / RUN_FILE, "run")
     return folder
 
@@ -223,7 +230,7 @@ def _map_file(folder: Path, name: str) -> Path:
 
 def add_timings(folder: Path, stage: str, seconds: Mapping[str, float]) -> None:
     """Add the times of a stage to a run's timings.json."""
-    write_files_atomically(timings_file(folder, read_timings(folder), stage, seconds))
+    change_files(folder, timings_file(folder, read_timings(folder), stage, seconds), ())
 
 
 def timings_file(folder: Path, before: Timings, stage: str, seconds: Mapping[str, float]) -> dict[Path, bytes]:

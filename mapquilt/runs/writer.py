@@ -6,9 +6,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import write_files_atomically
 from mapping.io.map_file import save_map
 from mapping.io.robot_log_file import save_robot_log
+from mapping.io.transaction import write_files_atomically
 from mapquilt.json_file import write_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.sample import Sample, lidar_names

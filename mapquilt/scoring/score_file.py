@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.io.atomic import write_files_atomically
 from mapping.io.map_file import load_map
+from mapping.io.transaction import change_files
 from mapping.map_set import MapSet
 from mapquilt.evaluation.evaluated_pair import PairInfo
 from mapquilt.evaluation.pair_rows import to_row
@@ -58,7 +58,7 @@ def score_run(run: Path) -> RunScore:
     score_path = run / run_folder.SCORE_FILE
     files = {score_path: score_bytes(score_path, score), run / run_folder.OVERVIEW_PICTURE: figure_png(figure)}
     seconds = {"score": scored, "draw": time.perf_counter() - start - scored}
-    write_files_atomically(files | run_folder.timings_file(run, timings, "score", seconds))
+    change_files(run, files | run_folder.timings_file(run, timings, "score", seconds), (), ledger=True)
     return score
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.io.atomic import atomic_folder, write_bytes_atomically, write_files_atomically
+from mapping.io.atomic import write_bytes_atomically
+from mapping.io.transaction import atomic_folder, write_files_atomically
 from mapquilt.jobs.journal import Entry, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record, to_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from mapping.io.atomic import write_files_atomically
+from mapping.io.transaction import write_files_atomically
 from mapquilt.viz.png import figure_png
 from reproductions.chen2021.cases import CASES, PLACES, Case
 from reproductions.chen2021.make import Study, maps_file
@@ -30,7 +30,6 @@ def write_study(out: Path, study: Study, counted: Sequence[CaseTally], on_progre
     for number, (name, data) in enumerate(_pictures(out, study, counted), start=1):
         files[out / PICTURES_FOLDER / f"{name}.png"] = data
         on_progress(number, total)
-    (out / PICTURES_FOLDER).mkdir(exist_ok=True)
     write_files_atomically(files)
 
 

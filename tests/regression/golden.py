@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from mapping.io.atomic import write_files_atomically
 from mapping.io.safe_load import read_json
+from mapping.io.transaction import write_files_atomically
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, Outcome
 
 SCHEMA, OLD_SCHEMA = "mapquilt-golden/2", "mapquilt-golden/1"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -16,9 +15,10 @@ from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample, read_pair_list
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.table import calibration_table, terminal_table
-from mapquilt.benchmark.trials import chosen_methods, run_benchmark, unfinished_folder
+from mapquilt.benchmark.trials import TASKS_FILE, chosen_methods, run_benchmark, unfinished_folder
 from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import print_table
+from mapquilt.jobs.journal import remove_job
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.runs.folder import refuse_foreign, spare_inputs
@@ -79,7 +79,7 @@ def benchmark(
     settings = {"scale": scale if ranges is None else f"{ranges.low:g}:{ranges.high:g}", "seed": seed}
     with count_progress("pictures of methods") as on_progress:
         write_folder(out, results, settings, len(chosen) if pictures is None else pictures, on_progress)
-    shutil.rmtree(unfinished_folder(out))
+    remove_job(unfinished_folder(out), TASKS_FILE)
     print_table(terminal_table(results))
     if results.calibrations:
         print_table(calibration_table(results))

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from mapping.io.atomic import atomic_folder
+from mapping.io.transaction import atomic_folder
 from mapping.seeds import Role, stream
 from mapquilt.benchmark.files import RELIABILITY_PICTURE, calibration_record
 from mapquilt.benchmark.fitting import FITTED, decide_again, fit_acceptance
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
-from mapquilt.benchmark.trials import run_benchmark, unfinished_folder
+from mapquilt.benchmark.trials import TASKS_FILE, run_benchmark, unfinished_folder
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.calibration import Calibration, calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.jobs.journal import remove_job
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import write_record
@@ -76,10 +76,13 @@ def calibrate(
     checked = calibration(decide_again(checked_pairs, fitted))
     if checked is None:
         raise ValueError(f"{check_dataset[0]}: has no pair with a reliable truth to check on")
-    with atomic_folder(out) as folder:
+    with atomic_folder(out, ledger=True) as folder:
         write_record(folder / CALIBRATION_FILE, "calibration", acceptance_record(fitted, checked))
         (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure([checked])))
-    shutil.rmtree(work)
+    for job in (work / "fit", work / "check"):
+        remove_job(job, TASKS_FILE)
+    if not any(work.iterdir()):
+        work.rmdir()
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(

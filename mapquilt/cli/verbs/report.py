@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.io.transaction import change_files, finish_transaction
 from mapquilt.benchmark.files import SUMMARY_FILE
 from mapquilt.cli.tables import print_table
 from mapquilt.dataset.manifest import MANIFEST_FILE
@@ -41,7 +42,10 @@ def report(
 
     with count_progress("pictures") as on_progress:
         page = render_page(content, pictures, on_progress)
-    write_bytes_atomically(path, page.encode())
+    if path.parent.resolve() == folder.resolve():
+        change_files(folder, {path: page.encode()}, (), ledger=True)
+    else:
+        write_bytes_atomically(path, page.encode())
     print_table(
         f"{path}: {len(content.answers)} answers of the {content.kind} {content.name}, {len(page) / 1e6:.1f} MB"
     )
@@ -55,6 +59,7 @@ def read_content(folder: Path, on_scans: Callable[[int, int], None] = lambda don
     """
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder")
+    finish_transaction(folder)
     if is_run(folder):
         from mapquilt.report.of_run import run_content
         from mapquilt.report.pose_graphs import pose_graphs

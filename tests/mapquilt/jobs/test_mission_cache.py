@@ -87,9 +87,10 @@ def test_a_damaged_entry_is_reported_and_simulated_again(folder, name):
 
 def test_missing_and_partial_files_are_replaced(folder):
     (entry(folder) / "robot_0.npz").unlink()
-    left = folder / f".{entry(folder).name}.0123abcd.part"
+    left = folder / f".{entry(folder).name}.0123456789abcdef.part"
     left.mkdir()
-    (left / "world.json").write_text("{")
+    for name in ("lock", "world.json"):
+        (left / name).write_text("{")
     again = MissionCache(folder).mission(WORLD, SETTINGS, 5)
     assert again.warning is not None and "robot_0.npz" in again.warning
     assert not left.exists()
