@@ -48,7 +48,7 @@ score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
 .PHONY: run sim merge score thesis install test test-fast test-bounds regression regression-update check docs release-check study \
-  bench lock clean help
+  bench crash lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
 
@@ -116,6 +116,9 @@ docs: $(stamp)
 release-check: $(stamp)
 	.ci/release_check $(bin)/python
 
+crash: $(stamp)
+	$(bin)/python -m tests.crash
+
 bench: $(stamp)
 	$(bin)/python -m benchmarks.bench
 
@@ -149,6 +152,7 @@ help:
 	@echo 'make docs      build the site in build/site'
 	@echo 'make release-check      build the wheel and try it on Python 3.11, 3.12 and 3.13'
 	@echo 'make bench     measure the cost of each step'
+	@echo 'make crash     kill every verb that writes, 500 times, and check what is left'
 	@echo 'make install   only set up .venv (every verb above does, when needed)'
 	@echo 'make lock      pin the newest allowed versions in requirements.lock'
 	@echo 'make clean     remove .venv and caches; runs/ stays'

@@ -37,7 +37,9 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
     and ``OSError`` at the end if it was moved or deleted during the work.
     """
     path = folder / settings_file
-    finish_transaction(folder)
+    if folder.is_dir():
+        finish_transaction(folder)
+        remove_temporaries(folder)
     if path.exists():
         if path.read_text(encoding="utf-8") != settings:
             raise ValueError(f"{folder}: holds a {kind} with other settings; choose another folder")

@@ -1,0 +1,1 @@
+"""Kill every verb that writes, at every step of its writing: ``python -m tests.crash``."""

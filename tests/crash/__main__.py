@@ -1,0 +1,53 @@
+"""Print a table of kills: ``python -m tests.crash --kills 500``. Exit status 1 if a result was mixed or lost."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.crash.cases import make_cases
+from tests.crash.kills import Case, killed, prepare, recovered, states
+
+
+def main() -> int:
+    """Kill each verb at its changes in turn, and compare what is left with the state before and after."""
+    parser = argparse.ArgumentParser(prog="python -m tests.crash", description=__doc__)
+    parser.add_argument("--kills", type=int, default=500, help="greatest number of kills; default: 500")
+    kills = parser.parse_args().kills
+    with tempfile.TemporaryDirectory(prefix="mapquilt-crash-") as folder:
+        work = Path(folder).resolve()
+        cases = make_cases(work)
+        print(f"{'verb':24}{'kills':>7}{'all old':>9}{'all new':>9}{'mixed':>7}{'lost':>6}")
+        totals = [0] * 5
+        for index, case in enumerate(cases):
+            counts = _kill(case, work, (kills - totals[0]) // (len(cases) - index))
+            totals = [total + count for total, count in zip(totals, counts, strict=True)]
+            _print(case.name, counts)
+        _print("all", totals)
+    return 1 if totals[3] or totals[4] else 0
+
+
+def _print(name: str, counts: list[int]) -> None:
+    kills, old, new, mixed, lost = counts
+    print(f"{name:24}{kills:7}{old:9}{new:9}{mixed:7}{lost:6}", flush=True)
+
+
+def _kill(case: Case, work: Path, most: int) -> list[int]:
+    """Count kills, results that are all old, all new or mixed, and kills after which a file of others was lost."""
+    old, new, changes = states(case, work)
+    counts = [0] * 5
+    for number in range(min(most, changes)):  # evenly over all changes, the last ones included
+        prepare(case)
+        if not killed(case, changes - number * changes // min(most, changes), work)[0]:
+            continue
+        found = recovered(case)
+        counts[0] += 1
+        counts[1 if found == old else 2 if found == new else 3] += 1
+        counts[4] += "notes.txt" in old and found.get("notes.txt") != old["notes.txt"]
+    return counts
+
+
+if __name__ == "__main__":
+    sys.exit(main())
