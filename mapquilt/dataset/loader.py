@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapquilt.dataset.manifest import SAMPLES_FOLDER, Manifest, read_manifest
+from mapquilt.dataset.seal import file_problem
 from mapquilt.json_file import similarity_from_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import RunTruth, load_truth
@@ -35,13 +36,31 @@ class DatasetSample:
         return str(self.record["split"])
 
     def maps(self) -> MapSet:
+        """Load the maps. Raises ``ValueError`` if a file is not as it was made."""
+        self._check(run_folder.MAPS_FILE, *(f"{one['name']}/" for one in self.record["maps"]))
         return run_folder.load_maps(self.folder)
 
     def truth(self) -> RunTruth:
+        """Load the true transforms. Raises ``ValueError`` if the file is not as it was made."""
+        self._check(run_folder.TRUTH_FILE)
         return load_truth(self.folder / run_folder.TRUTH_FILE)
 
     def log(self, name: str) -> RobotLog:
+        """Load the log of a map's robot. Raises ``ValueError`` if the file is not as it was made."""
+        self._check(f"{name}/")
         return run_folder.load_log(self.folder, name)
+
+    def _check(self, *prefixes: str) -> None:
+        files = self.record["files"]
+        check_files({self.folder / path: files[path] for path in files if path.startswith(prefixes)})
+
+
+def check_files(digests: Mapping[Path, str]) -> None:
+    """Raise ``ValueError`` naming the first file that is not as it was made."""
+    for path, digest in digests.items():
+        problem = file_problem(path, digest)
+        if problem is not None:
+            raise ValueError(f"{path}: {problem} since the data set was made")
 
 
 @dataclass(frozen=True)
@@ -65,14 +84,21 @@ class DatasetPair:
     residual: float | None
     target_scale: float
     resolutions_trusted: bool
+    digests: Mapping[Path, str] = field(repr=False)
 
     @cached_property
     def target(self) -> OccupancyGrid:
-        return load_map(self.target_path).grid
+        """Load the target. Raises ``ValueError`` if a file of it is not as it was made."""
+        return self._load(self.target_path)
 
     @cached_property
     def source(self) -> OccupancyGrid:
-        return load_map(self.source_path).grid
+        """Load the source. Raises as ``target``."""
+        return self._load(self.source_path)
+
+    def _load(self, path: Path) -> OccupancyGrid:
+        check_files({file: digest for file, digest in self.digests.items() if file.parent == path.parent})
+        return load_map(path).grid
 
     def map_set(self) -> MapSet:
         """Return the pair as a map set for the merger, with maps named target and source."""
@@ -141,7 +167,13 @@ class Dataset:
             residual=record["residual_m"],
             target_scale=_true_scale(sample, record["target"]),
             resolutions_trusted=_trusted(sample),
+            digests=self._map_digests(sample, (record["target"], record["source"])),
         )
+
+    def _map_digests(self, sample: dict[str, Any], names: Iterable[str]) -> dict[Path, str]:
+        folder = self.folder / SAMPLES_FOLDER / sample["sample"]
+        places = tuple(f"{name}/map." for name in names)
+        return {folder / path: digest for path, digest in sample["files"].items() if path.startswith(places)}
 
     def _two_worlds(self, record: dict[str, Any]) -> DatasetPair:
         ends = [record["target"], record["source"]]
@@ -161,6 +193,11 @@ class Dataset:
             residual=None,
             target_scale=_true_scale(samples[0], ends[0]["map"]),
             resolutions_trusted=all(_trusted(sample) for sample in samples),
+            digests={
+                path: digest
+                for sample, end in zip(samples, ends, strict=True)
+                for path, digest in self._map_digests(sample, [end["map"]]).items()
+            },
         )
 
 
@@ -178,12 +215,24 @@ def _trusted(sample: dict[str, Any]) -> bool:
     return bool(ranges["scale_low"] == ranges["scale_high"] == 1.0)
 
 
-def load_dataset(folder: str | Path, split: str | None = None) -> Dataset:
+def load_dataset(folder: str | Path, split: str | None = None, *, verify: bool = False) -> Dataset:
     """Open a finished data set, or one split of it.
 
-    Raises ``ValueError`` if the folder is not a data set or lacks the split; the message lists its splits.
+    The manifest is checked against its seal, and each file of a sample when it is read; ``verify`` checks all files
+    now, as ``mapquilt dataset verify`` does.
+
+    Raises ``ValueError`` if the folder is not a data set, is not as it was made, or lacks the split; the message lists
+    its splits.
     """
     manifest = read_manifest(Path(folder))
+    if verify:
+        from mapquilt.dataset.verify import verify_dataset  # here: it needs the simulator, which reading does not
+
+        problems = verify_dataset(Path(folder))
+        if problems:
+            raise ValueError(
+                f"{folder}: {problems[0]}; mapquilt dataset verify {folder} lists {len(problems)} problems"
+            )
     splits = sorted({record["split"] for record in manifest.samples})
     if split is not None and split not in splits:
         raise ValueError(f"{folder}: has no split {split!r}, only {', '.join(splits)}")

@@ -11,10 +11,11 @@ from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.transaction import LEDGER_FILE, atomic_folder
-from mapquilt.dataset.card import write_card
+from mapquilt.dataset.card import CARD_FILE, FIGURE_FILE, write_card
 from mapquilt.dataset.carried_plans import CarriedPlans
 from mapquilt.dataset.group import Group, Made, make_group
 from mapquilt.dataset.manifest import (
+    FAILURES_FILE,
     MANIFEST_FILE,
     MISSIONS_FOLDER,
     SAMPLES_FOLDER,
@@ -22,19 +23,18 @@ from mapquilt.dataset.manifest import (
     SPEC_FILE,
     Manifest,
     Record,
+    lines_bytes,
+    manifest_bytes,
     read_manifest,
-    write_lines,
-    write_manifest,
 )
 from mapquilt.dataset.plan import DatasetPlan, MissionPlan, plan_dataset
+from mapquilt.dataset.seal import SEAL_FILE, seal_bytes
 from mapquilt.dataset.spec import LICENCE
 from mapquilt.jobs.code_version import code_version
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record
 from mapquilt.runs.folder import ANSWER_FILES
-
-FAILURES_FILE = "failures.jsonl"
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,8 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
 
     Its plans are copied into the folder first, as world files, so that samples can be made again anywhere.
 
-    Each folder is written atomically, and a synced journal lists the finished missions; the manifest is written last.
+    Each folder is written atomically, and a synced journal lists the finished missions; the manifest is written last,
+    after the seal of it and the other files at the top.
     Raises ``ValueError`` if the folder holds anything else or another specification, or if another process works in
     it, and ``OSError`` if it cannot be written.
     """
@@ -60,10 +61,12 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
         for path, data in carried.files.items():
             (out / path).parent.mkdir(exist_ok=True)
             write_bytes_atomically(out / path, data)
+        journal = Journal[MissionPlan](out / JOURNAL_FILE, lambda mission: str(mission.index))
         if (out / MANIFEST_FILE).exists():
             manifest = read_manifest(out)
+            _check_files(out, (*manifest.missions, *manifest.samples))
+            journal.remove()
             return Report(len(manifest.samples), plan.samples - len(manifest.samples), missed_overlaps(manifest))
-        journal = Journal[MissionPlan](out / JOURNAL_FILE, lambda mission: str(mission.index))
         entries = journal.run(
             runner,
             make_group,
@@ -93,7 +96,7 @@ def _is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
     for record in records:
         check_record(place, "manifest", record)
     for failure in failures:
-        check_record(place, "failure", failure)
+        check_record(place, "failures", failure)
     failed = {failure["sample"] for failure in failures}
     made = [("sample", sample.name) for sample in mission.samples if sample.name not in failed]
     found = [(record["kind"], record.get(record["kind"])) for record in records]
@@ -108,6 +111,13 @@ def _is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
 def _files(out: Path, records: Sequence[Record]) -> dict[Path, str]:
     """Return the hash of each file of the records."""
     return {_folder(out, record) / path: digest for record in records for path, digest in record["files"].items()}
+
+
+def _check_files(out: Path, records: Sequence[Record]) -> None:
+    """Raise ``FileNotFoundError`` naming the first file of the records that is not there."""
+    for path in _files(out, records):
+        if not path.is_file():
+            raise FileNotFoundError(f"{path}: was removed after it was made")
 
 
 def _folder(out: Path, record: dict[str, Any]) -> Path:
@@ -144,15 +154,17 @@ def _finish(
     carried: CarriedPlans, plan: DatasetPlan, out: Path, journal: Journal[MissionPlan], entries: Sequence[Entry]
 ) -> Report:
     records = [record for entry in entries for record in entry["records"]]
-    for path in _files(out, records):
-        if not path.is_file():
-            raise FileNotFoundError(f"{path}: was removed during the work; the same command makes it again")
+    _check_files(out, records)
     failures = [failure for entry in entries for failure in entry["failures"]]
     if failures:
-        write_lines(out / FAILURES_FILE, failures)
+        write_bytes_atomically(out / FAILURES_FILE, lines_bytes(failures))
     manifest = build_manifest(carried, plan, records)
     write_card(out, carried.spec, manifest, len(failures))
-    write_manifest(out, manifest)
+    content = manifest_bytes(manifest)
+    names = (SPEC_FILE, CARD_FILE, FIGURE_FILE, *([FAILURES_FILE] if failures else []))
+    sealed = {MANIFEST_FILE: content} | {name: (out / name).read_bytes() for name in names}
+    write_bytes_atomically(out / SEAL_FILE, seal_bytes(sealed))
+    write_bytes_atomically(out / MANIFEST_FILE, content)
     journal.remove()
     return Report(plan.samples - len(failures), len(failures), missed_overlaps(manifest))
 

@@ -30,7 +30,7 @@ def fields(schema: Any) -> Iterator[str]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_field_of_a_record_has_its_line(kind: str) -> None:
     schema = json.loads((ROOT / f"mapquilt/schemas/{kind}.schema.json").read_text(encoding="utf-8"))
-    _, _, section = PAGE.partition(f"### {kind}.json\n")
+    _, section = re.split(rf"^### {kind}\.jsonl?$", PAGE, maxsplit=1, flags=re.MULTILINE)
     documented = set(re.findall(r"`(\w+)`", section.partition("\n### ")[0])) | {"x", "y", "yaw", "scale"}
     assert set(fields(schema)) <= documented, kind
 

@@ -16,8 +16,8 @@ from mapquilt.dataset.card import draw_figures
 from mapquilt.dataset.carried_plans import carry_plans
 from mapquilt.dataset.estimate import Estimate, estimate
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
-from mapquilt.dataset.make import FAILURES_FILE, make_dataset
-from mapquilt.dataset.manifest import read_manifest
+from mapquilt.dataset.make import make_dataset
+from mapquilt.dataset.manifest import FAILURES_FILE, read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
 from mapquilt.dataset.spec import READY, SECTIONS, key_rows, load_spec, ready_spec
@@ -147,7 +147,10 @@ def remake(
 
 @app.command("verify")
 def verify(folder: Folder) -> int:
-    """Hash every file again. Exit status 1 if one is missing, changed or not in the manifest.
+    """Check all that a reader uses: the manifest against its seal, its truth and itself, and every file by its hash.
+
+    Exit status 1 if a file is missing, changed or in no record, or a record is wrong, and 2 if there is no manifest
+    that can be read.
 
     Example: mapquilt dataset verify data
     """

@@ -129,9 +129,15 @@ def test_a_sample_that_is_deleted_meanwhile_is_an_error_and_made_again(monkeypat
 
     monkeypatch.setattr(make_module, "make_group", make)
     line = refused(capsys, "dataset", "make", spec_file, "--out", out, "--workers", 1)
-    assert "samples/000001/" in line and "was removed during the work" in line
+    assert "samples/000001/" in line and "was removed after it was made" in line
     monkeypatch.undo()
     assert_continues(spec_file, out, tiny)
+
+
+def test_a_finished_data_set_that_lacks_a_sample_is_not_called_whole(capsys, tiny, spec_file, tmp_path):
+    out = Path(shutil.copytree(tiny, tmp_path / "data"))
+    shutil.rmtree(out / "samples/000004")
+    assert "samples/000004/" in refused(capsys, "dataset", "make", spec_file, "--out", out)
 
 
 @pytest.mark.parametrize("task", ["0", "99"])
@@ -144,7 +150,7 @@ def test_an_entry_of_a_journal_that_tells_of_no_sample_hides_none(tiny, spec_fil
 
 
 @pytest.mark.parametrize(
-    "line", ['{"group": 99, "records": [], "failures": []}', "[]", '{"task": 3}', '"x"', '{"task": "0"}',
+    "line", ['{"group": 99, "records": [], "failures": []}', "[]", '"x"', '{"task": "0"}',
              '{"task": "0", "records": [{}], "failures": []}', '{"task": "0", "records": [], "failures": [7]}']
 )  # fmt: skip
 def test_a_line_that_is_no_entry_is_named(capsys, tiny, spec_file, tmp_path, line):

@@ -26,6 +26,18 @@ from mapquilt.jobs.journal import job_folder
 from mapquilt.json_file import read_record
 from tests.conftest import command, hashes
 from tests.mapquilt.cli.test_app import heed_interrupts, refused
+from tests.mapquilt.dataset.test_verify import reseal
+
+
+def reseal_files(folder):
+    """Let the manifest hold the hashes of the files of its samples."""
+    lines = [json.loads(line) for line in (folder / "manifest.jsonl").read_text().splitlines()]
+    for record in lines:
+        if record["kind"] == "sample":
+            for path in record["files"]:
+                data = (folder / "samples" / record["sample"] / path).read_bytes()
+                record["files"][path] = hashlib.sha256(data).hexdigest()
+    (folder / "manifest.jsonl").write_text("".join(json.dumps(record) + "\n" for record in lines))
 
 
 def make(spec, out, workers=1):
@@ -313,6 +325,7 @@ def test_verify_names_worlds_in_two_splits_and_negatives_of_one_world(tiny, tmp_
     for record in manifest.missions:
         lines = lines.replace(record["files"]["world.json"], hashlib.sha256(world).hexdigest())
     (copy / "manifest.jsonl").write_text(lines)
+    reseal(copy)
     capsys.readouterr()
     assert command("dataset", "verify", copy) == 1
     printed = capsys.readouterr().out
@@ -385,10 +398,14 @@ def test_a_data_set_of_the_first_schemas_is_read_with_the_new_names(tiny, tmp_pa
             text = text.replace(f'"{after}"', f'"{before}"')
         assert text != file.read_text()
         file.write_text(text)
+    with pytest.raises(ValueError, match=r"manifest.jsonl: has changed since the data set was made"):
+        read_manifest(old)
+    (old / "SHA256SUMS").unlink()  # which such a data set does not have
     assert read_manifest(old) == read_manifest(tiny)
     sample = "samples/000000"
     for kind in ("run", "truth"):
         assert read_record(old / sample / f"{kind}.json", kind) == read_record(tiny / sample / f"{kind}.json", kind)
+    reseal_files(old)
     assert mapquilt.load_dataset(old).samples[0].truth() == mapquilt.load_dataset(tiny).samples[0].truth()
 
 
