@@ -46,9 +46,7 @@ class LocalMapSettings:
     - ``voxel_deviations``: side of a voxel in standard deviations of a range of 4 m, within ``least_voxel`` and
       ``greatest_voxel`` [m]: a voxel must be wider than the noise of a wall;
     - ``line_ratio``: a surfel is a line if its small variance is below this share of the large one;
-    - ``roughness`` [m]: standard deviation of a wall about a line;
-    - ``least_noise`` [m]: lower bound of the standard deviation of a range by which the uncertainty of edges is scaled.
-      Real maps err by more than the noise of their ranges shows: scans are distorted by motion, and things move.
+    - ``roughness`` [m]: standard deviation of a wall about a line.
     """
 
     keyframes: int = 20
@@ -57,7 +55,6 @@ class LocalMapSettings:
     greatest_voxel: float = 0.3
     line_ratio: float = 0.3
     roughness: float = 0.01
-    least_noise: float = 0.045
 
     def __post_init__(self) -> None:
         require_valid(self, shares=("line_ratio",))
@@ -158,16 +155,16 @@ class KeyframeSettings:
     """Add a keyframe after ``distance`` [m] or ``turn`` [rad], and link it to earlier ones.
 
     - ``links``: an edge leads to each keyframe that is so many keyframes back, at most ``longest_link`` [m] of path;
-    - ``drift`` [m], ``yaw_drift`` [rad]: standard deviations that a metre of path adds to an edge, for each metre of
-      the standard deviation of a range of 4 m; they stand for errors of the local map that all scans share.
+    - ``drift`` [m], ``yaw_drift`` [rad]: standard deviations that a metre of path adds to an edge, times the level
+      of the odometry's noise; they stand for errors of the local map that all scans share.
     """
 
     distance: float = 0.3
     turn: float = 0.26
     links: tuple[int, ...] = (1, 5, 10, 19)
     longest_link: float = 6.0
-    drift: float = 0.25
-    yaw_drift: float = 0.075
+    drift: float = 0.01
+    yaw_drift: float = 0.003
 
     def __post_init__(self) -> None:
         require_valid(self)
@@ -190,7 +187,7 @@ class LoopSettings:
     at most ``max_position_deviation`` [m].
 
     Weight: ``information`` is the share of the points that count as independent; ``deviation`` [m] and
-    ``yaw_deviation`` [rad] are standard deviations of any loop, for each metre of that of a range of 4 m. A loop keeps
+    ``yaw_deviation`` [rad], times the noise level of the odometry, are standard deviations of any loop. A loop keeps
     half of its weight at ``robust_deviations``, and is dropped if the solved graph contradicts it by more than
     ``greatest_chi_squared``. The graph is solved after every ``solve_every`` new loops.
     """
@@ -215,8 +212,8 @@ class LoopSettings:
     max_runner_up: float = 0.93
     max_position_deviation: float = 0.5
     information: float = 0.05
-    deviation: float = 0.5
-    yaw_deviation: float = 0.1
+    deviation: float = 0.02
+    yaw_deviation: float = 0.004
     robust_deviations: float = 3.0
     greatest_chi_squared: float = 25.0
     solve_every: int = 5

@@ -29,20 +29,24 @@ def optimise_poses(
 ) -> NDArray[np.float64]:
     """Return the poses (K, 3) that agree best with the links; the first stays in its place.
 
-    Robust links are weighted by Cauchy's function, ``1 / (1 + chi^2 / robust_deviations^2)``. Source: Grisetti,
-    Kuemmerle, Stachniss and Burgard, "A tutorial on graph-based SLAM", 2010.
+    Robust links are weighted by Cauchy's function, ``1 / (1 + chi^2 / width^2)``. The width begins at the largest chi
+    and is halved in each step until it is ``robust_deviations``: else true loops lose against a track that erred by
+    many of their deviations. Sources: Grisetti, Kuemmerle, Stachniss and Burgard, "A tutorial on graph-based SLAM",
+    2010; Yang, Antonante, Tzoumas and Carlone, "Graduated non-convexity for robust spatial perception", 2020.
     """
     first, second, relative, information, robust = _arrays(links)
     poses = poses.copy()
     starts, columns = _envelope(first, second, len(poses))
+    width = math.sqrt(max(chi_squared(poses, [link for link in links if link.robust]), default=0.0))
     for _ in range(iterations):
-        blocks, gradient = _linearised(poses, first, second, relative, information, robust, robust_deviations)
+        width = max(0.5 * width, robust_deviations)
+        blocks, gradient = _linearised(poses, first, second, relative, information, robust, width)
         values = np.zeros(int(starts[-1]))
         _fill(values, starts, columns, blocks, first, second)
         values[starts[:3] + np.arange(3) - columns[:3]] += FIXED
         step = solve_envelope(values, starts[:-1], columns, -gradient)
         poses += step.reshape(-1, 3)
-        if np.abs(step).max() < SETTLED:
+        if width == robust_deviations and np.abs(step).max() < SETTLED:
             break
     return poses
 

@@ -107,7 +107,7 @@ class KeyframeGraph:
             sub_map(target, candidate.first, poses, self._points, self._base_from_lidar),
             candidate,
             self.tracker.voxel,
-            self.tracker.range_noise,
+            self.tracker.noise.level,
             self.settings,
         )
 

@@ -95,11 +95,11 @@ def sub_map(
 
 
 def register(
-    query: SubMap, target: SubMap, candidate: Candidate, voxel: float, range_noise: float, settings: SlamSettings
+    query: SubMap, target: SubMap, candidate: Candidate, voxel: float, level: float, settings: SlamSettings
 ) -> Loop | None:
     """Register the query to the target, near the candidate's prediction; None if that finds no place.
 
-    ``voxel`` [m] is the side of the surfels, ``range_noise`` [m] the standard deviation of a range of 4 m.
+    ``voxel`` [m] is the side of the surfels, ``level`` the noise level of the odometry.
     """
     loops = settings.loops
     if min(len(query.scan.points), len(target.scan.points)) < FEWEST_POINTS:
@@ -115,7 +115,7 @@ def register(
     spread = inverse(information)
     if not 0.0 < spread.diagonal().min() <= spread.diagonal().max() < LARGEST_VARIANCE:
         return None
-    least = range_noise**2 * np.diag(np.square([loops.deviation, loops.deviation, loops.yaw_deviation]))
+    least = level**2 * np.diag(np.square([loops.deviation, loops.deviation, loops.yaw_deviation]))
     covariance = spread + least
     overlap, agreement = _agreement(query, target, match.pose, fine, voxel / settings.local_map.voxel_deviations)
     beside = _beside(fine, query.scan.points, match.pose, information, loops)

@@ -79,8 +79,7 @@ class _Prediction:
 class Tracker:
     """Track a robot scan by scan.
 
-    ``noise`` holds the estimated noise level of the odometry, ``voxel`` [m] is the side of the surfels, ``range_noise``
-    [m] the standard deviation of a range of 4 m, by which the uncertainty of edges is scaled.
+    ``noise`` holds the estimated noise level of the odometry, ``voxel`` [m] is the side of the surfels.
     """
 
     def __init__(self, log: RobotLog, deviation: RangeDeviation, settings: SlamSettings) -> None:
@@ -91,7 +90,6 @@ class Tracker:
         self.track = Track(np.zeros((len(log.scans), 3)), np.zeros(len(log.scans), np.int64))
         self.noise = OdometryLevel(settings.motion)
         local = settings.local_map
-        self.range_noise = max(deviation.at(REFERENCE_RANGE), local.least_noise)
         side = local.voxel_deviations * deviation.at(REFERENCE_RANGE)
         self.voxel = float(np.clip(side, local.least_voxel, local.greatest_voxel))
         self._surfels: SurfelMap | None = None
@@ -235,7 +233,7 @@ class Tracker:
             if back > 1:
                 information, prior = 0.5 * information, inverse(self._driven_covariance(first, b))
             covariance = transformed(rotation(-a[2]), inverse(information + prior))
-            drift = self.range_noise**2 * way * np.diag(np.square([rule.drift, rule.drift, rule.yaw_drift]))
+            drift = self.noise.level**2 * way * np.diag(np.square([rule.drift, rule.drift, rule.yaw_drift]))
             track.links.append(Link(first, number, between(a, b), covariance + drift))
 
     def _driven_covariance(self, first: int, pose: NDArray[np.float64]) -> NDArray[np.float64]:

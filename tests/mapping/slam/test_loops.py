@@ -39,7 +39,7 @@ def loop_of(target, query, predicted, deviations, **changes):
     loops = dataclasses.replace(LoopSettings(), **changes)
     settings = dataclasses.replace(SlamSettings(), loops=loops)
     candidate = Candidate(0, 9, np.array(predicted), np.diag(np.square(deviations)))
-    return register(query, target, candidate, 0.1, 0.04, settings)
+    return register(query, target, candidate, 0.1, 1.0, settings)
 
 
 def corridor(period=None, length=30.0):
