@@ -7,10 +7,11 @@ seed     = 6
 duration = 120
 noise    = 1
 method   = quilt
+cases    = 6000
 out      = runs/$(world)-$(robots)-$(seed)
 PYTHON   = $(or $(shell command -v python3.11 2>/dev/null),python3)
 
-variables = world robots seed duration noise method out PYTHON
+variables = world robots seed duration noise method cases out PYTHON
 
 # --- What stands on make's command line: known names only, and values that stay values ----------------------------------
 define newline
@@ -47,7 +48,7 @@ merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(metho
 score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
-.PHONY: run sim merge score thesis install test test-fast test-bounds regression regression-update check docs release-check study \
+.PHONY: run sim merge score thesis install test test-fast test-bounds fuzz regression regression-update check docs release-check study \
   bench crash lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
@@ -97,6 +98,9 @@ kernels = tests/mapping/grid tests/mapping/ground_truth tests/mapping/particle t
 test-bounds: $(stamp)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=build/numba-bounds $(bin)/pytest -n 2 -q -m "not slow" $(kernels)
 
+fuzz: $(stamp)
+	FUZZ_CASES=$(call quote,$(cases)) $(bin)/pytest -n 2 -q tests/fuzz
+
 regression: $(stamp)
 	$(bin)/python -m tests.regression
 
@@ -145,6 +149,7 @@ help:
 	@echo 'make test      run all tests'
 	@echo 'make test-fast run the unit tests, in a minute'
 	@echo 'make test-bounds  run the tests of compiled loops with every index checked, in three minutes'
+	@echo 'make fuzz      damage files for every reader at random, 100,000 times in all'
 	@echo 'make regression         merge generated pairs of all world families, compare with tests/golden'
 	@echo 'make regression-update  rewrite tests/golden, and print what changed'
 	@echo 'make check     lint, format, types, import contracts'
@@ -165,5 +170,6 @@ help:
 	@echo '  duration=120     simulated seconds'
 	@echo '  noise=1          sensor noise, 0 for none'
 	@echo '  method=quilt     how maps are matched'
+	@echo '  cases=6000       damaged files that make fuzz tries with each reader'
 	@echo '  out=runs/WORLD-ROBOTS-SEED   where the run goes'
 	@echo '  PYTHON=python3.11            the Python to set up with'

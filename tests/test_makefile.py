@@ -15,7 +15,19 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 VERBS = (
-    *("run", "sim", "merge", "score", "thesis", "install", "test", "test-bounds", "regression", "regression-update"),
+    *(
+        "run",
+        "sim",
+        "merge",
+        "score",
+        "thesis",
+        "install",
+        "test",
+        "test-bounds",
+        "fuzz",
+        "regression",
+        "regression-update",
+    ),
     *("check", "study", "bench", "lock", "clean", "help"),
 )
 
@@ -192,4 +204,10 @@ def test_help_names_every_verb_and_variable(clone: Path) -> None:
 def test_ci_calls_what_the_readme_says() -> None:
     script = (ROOT / ".ci" / "run").read_text()
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
-    assert re.findall(r"^make ([\w-]+)", script, flags=re.MULTILINE) == ["check", "test-bounds", "regression", "test"]
+    assert re.findall(r"^make ([\w-]+)", script, flags=re.MULTILINE) == [
+        "check",
+        "test-bounds",
+        "fuzz",
+        "regression",
+        "test",
+    ]

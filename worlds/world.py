@@ -13,6 +13,18 @@ from mapping.arrays import frozen_array
 from mapping.geometry.se2 import SE2
 from worlds.polygon import Polygon, contains, distances, edges, is_simple, signed_area
 
+LARGEST_SIDE = 10_000.0
+"""Longest side of a world [m]."""
+
+MAX_OBSTACLES = 50_000
+"""Most obstacles of a world: PyBullet loads so many in half a minute."""
+
+MAX_CORNERS = 3_000
+"""Most corners of one polygon: each edge is compared with each other one, in half a gigabyte."""
+
+MAX_COMPARED = 50_000_000
+"""Most pairs of edges that are compared in all polygons of a world: ten seconds."""
+
 
 @dataclass(frozen=True, eq=False)
 class World:
@@ -45,6 +57,7 @@ class World:
         for name, value in zip(("width", "height"), self.size, strict=True):
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"World: {name} is {value}, must be positive and finite")
+        self._check_extent()
         for index, polygon in enumerate(self.obstacles):
             fault = _fault(polygon, self.size)
             if fault:
@@ -56,6 +69,23 @@ class World:
                 raise ValueError(f"World {self.name!r}: fence {fault}")
         if self.parts < 1:
             raise ValueError(f"World {self.name!r}: parts is {self.parts}, must be at least 1")
+
+    def _check_extent(self) -> None:
+        """Bound the work that a world makes, before its polygons are compared edge by edge."""
+        if max(self.size) > LARGEST_SIDE:
+            width, height = self.size
+            raise ValueError(f"World: size is {width:g} x {height:g} m, must be at most {LARGEST_SIDE:g} m a side")
+        if len(self.obstacles) > MAX_OBSTACLES:
+            raise ValueError(f"World: has {len(self.obstacles)} obstacles, must have at most {MAX_OBSTACLES}")
+        for polygon in self._polygons():
+            if len(polygon) > MAX_CORNERS:
+                raise ValueError(f"World: a polygon has {len(polygon)} corners, must have at most {MAX_CORNERS}")
+        compared = sum(len(polygon) ** 2 for polygon in self._polygons())
+        if compared > MAX_COMPARED:
+            raise ValueError(
+                f"World: its polygons have {compared} pairs of edges, must have at most {MAX_COMPARED}; "
+                "divide polygons of many corners"
+            )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, World):

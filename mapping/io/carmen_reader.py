@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gzip
 import math
-import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2, wrap_angle
+from mapping.io.safe_load import reading, require_file
 from mapping.robot.recorded_log import RateLimit, RecordedLog, covered_scans, usable_scans
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
@@ -25,7 +25,11 @@ from mapping.robot.trajectory import Trajectory
 LASERS = ("ROBOTLASER1", "RAWLASER1", "FLASER", "RLASER")
 """Messages of a lidar, the most informative one first: the reader takes one kind."""
 
+MAX_BYTES = 2**31
+"""Maximum size of a log, unpacked: a day of a lidar."""
+
 _GZIP_MAGIC = b"\x1f\x8b"
+_LONGEST_LINE = 2**21  # bytes of a message of 100,000 readings
 _TAIL = 3  # words after the numbers of a message: ipc_timestamp ipc_hostname logger_timestamp
 _NO_RETURN = (
     8.18,
@@ -133,12 +137,12 @@ def _scans(readings: Sequence[_Reading]) -> list[LidarScan]:
     longest = max(float(reading.ranges.max(initial=0.0)) for reading in readings)
     no_return = _NO_RETURN[0] if longest <= _NO_RETURN[0] + 0.02 else _NO_RETURN[1]
     scans = []
-    for reading in readings:
-        limit = no_return if reading.max_range is None else reading.max_range
+    for sweep in readings:
+        limit = no_return if sweep.max_range is None else sweep.max_range
         try:
-            scans.append(LidarScan.of_readings(reading.stamp, *reading.angles, 0.0, limit, reading.ranges))
+            scans.append(LidarScan.of_readings(sweep.stamp, *sweep.angles, 0.0, limit, sweep.ranges))
         except ValueError as error:
-            raise ValueError(f"line {reading.line}: {error}") from None
+            raise ValueError(f"line {sweep.line}: {error}") from None
     return scans
 
 
@@ -247,17 +251,19 @@ def _same(a: SE2, b: SE2) -> bool:
 
 
 def _messages(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and words of each message. Raises ``ValueError`` naming the file if gzip cannot read it."""
+    """Yield line number and words of each message. Raises ``ValueError`` naming the file if it cannot be unpacked."""
+    require_file(path, MAX_BYTES)
     with path.open("rb") as probe:
         compressed = probe.read(2) == _GZIP_MAGIC
-    with gzip.open(path, "rb") if compressed else path.open("rb") as file:
-        try:
-            for number, line in enumerate(file, start=1):
-                words = line.decode("latin-1").split()
-                if words and not words[0].startswith("#"):
-                    yield number, words
-        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-            raise ValueError(f"{path}: damaged or cut off: {error}") from None
+    with reading(f"{path}: damaged or cut off"), gzip.open(path, "rb") if compressed else path.open("rb") as file:
+        number, left = 0, MAX_BYTES
+        while line := file.readline(_LONGEST_LINE + 1):
+            number, left = number + 1, left - len(line)
+            if len(line) > _LONGEST_LINE or left < 0:
+                raise ValueError(f"line {number} is too long, or the log has more than {MAX_BYTES} bytes")
+            words = line.decode("latin-1").split()
+            if words and not words[0].startswith("#"):
+                yield number, words
 
 
 def _reading(name: str, words: Sequence[str], line: int) -> _Reading:

@@ -13,7 +13,7 @@ from typing import Any, Literal, cast, get_args
 import yaml
 
 from mapping.geometry.se2 import SE2
-from mapping.io.picture import read_limited
+from mapping.io.safe_load import read_limited, reading
 from mapping.io.safe_path import safe_path
 
 Mode = Literal["trinary", "scale", "raw"]
@@ -114,7 +114,8 @@ def image_path(path: Path, meta: MapYaml) -> Path:
     if beside.is_file() and safe_path(path.parent, beside.name) is not None:
         return beside
     raise ValueError(
-        f"{path}: image is {_shown(meta.image)}, outside the YAML's folder; put the picture beside the YAML"
+        f"{path}: image is {_shown(meta.image)}, outside the YAML's folder or a link that leads out; "
+        "put the picture itself beside the YAML"
     )
 
 
@@ -164,13 +165,11 @@ def map_yaml_text(meta: MapYaml) -> str:
 def _parse(data: bytes) -> dict[str, Any]:
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise ValueError("the YAML is UTF-16, must be UTF-8")
-    try:
+    with reading("not a YAML file"):
         # Every scalar stays text: whether `image: 1.pgm` or `negate: no` is a number is decided here, not by YAML.
         loader = yaml.BaseLoader(_TABS.sub(" ", data.decode("utf-8")))
         node = loader.get_single_node()
         fields = loader.construct_document(node) if node is not None else None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"not a YAML file ({' '.join(str(error).split())[:200]})") from error
     if node is None or not isinstance(fields, dict):
         raise ValueError(f"the YAML is {_shown(fields)}, not a map's fields")
     _refuse_repeated(str(key.value) for key, _ in node.value)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import struct
 import warnings
-import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from PIL import Image
 
 from mapping.grid.frame import MAX_PICTURE_CELLS
 from mapping.io.pgm import pgm_bytes, read_header, read_pgm
+from mapping.io.safe_load import read_limited, reading
 
 MAX_BYTES = 2**30
 """Maximum size of a picture file."""
@@ -35,7 +37,6 @@ _LFS = b"version https://git-lfs"
 _JPEG_NOISE = 8
 """A JPEG's grey so near to one of a map saver's is meant to be that."""
 _SAVED_GREYS = (0, 205, 254)
-_ERRORS = (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, Image.DecompressionBombError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,22 +75,6 @@ def read_picture(path: Path) -> Picture:
     raise ValueError(f"{path}: not a PGM, PNG, BMP, PPM, TIFF or JPEG picture; it starts with {data[:8]!r}")
 
 
-def read_limited(path: Path, max_bytes: int) -> bytes:
-    """Read a file of at most ``max_bytes``.
-
-    Raises ``ValueError`` naming the file if it is empty, larger, or not a regular file; ``OSError`` if it cannot be
-    read.
-    """
-    size = path.stat().st_size
-    if not path.is_file():
-        raise ValueError(f"{path}: not a file")
-    if size == 0:
-        raise ValueError(f"{path}: the file is empty")
-    if size > max_bytes:
-        raise ValueError(f"{path}: the file has {size} bytes, more than the {max_bytes} that are read")
-    return path.read_bytes()
-
-
 def picture_bytes(picture: Picture, kind: str) -> bytes:
     """Encode a picture as ``kind`` "pgm" or "png": equal pictures give equal bytes.
 
@@ -116,32 +101,19 @@ def _read_png(data: bytes) -> Picture:
     _check_size(*struct.unpack(">II", data[16:24]))
     if b"IEND" not in data:
         raise ValueError("the PNG is truncated: it has no end chunk")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
-                image.load()
-                return _grey_and_alpha(image)
-    except _ERRORS as error:
-        raise ValueError(f"the PNG is broken or truncated ({' '.join(str(error).split())})") from error
+    with _decoding("PNG"), Image.open(io.BytesIO(data), formats=("PNG",)) as image:
+        image.load()
+        return _grey_and_alpha(image)
 
 
 def _read_other(data: bytes, kind: str) -> Picture:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-        try:
-            image = Image.open(io.BytesIO(data), formats=(kind,))
-        except Image.DecompressionBombError:
-            raise ValueError(f"the picture has more than the {MAX_PICTURE_CELLS} pixels that are read") from None
-        except _ERRORS as error:
-            raise ValueError(f"the {kind} is broken or truncated ({' '.join(str(error).split())})") from error
+    with _decoding(kind):
+        image = Image.open(io.BytesIO(data), formats=(kind,))
     with image:
         _check_size(*image.size)
-        try:
+        with _decoding(kind):
             image.load()
             found = _grey_and_alpha(image)
-        except _ERRORS as error:
-            raise ValueError(f"the {kind} is broken or truncated ({' '.join(str(error).split())})") from error
     if kind != "JPEG":
         return found
     levels = np.arange(256)
@@ -149,6 +121,18 @@ def _read_other(data: bytes, kind: str) -> Picture:
     for saved in _SAVED_GREYS:
         table[abs(levels - saved) <= _JPEG_NOISE] = saved
     return Picture(table.astype(np.uint8)[found.grey], lossy=True)
+
+
+@contextmanager
+def _decoding(kind: str) -> Iterator[None]:
+    """Name what Pillow cannot decode; sizes are checked by ``_check_size``, not by its warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        try:
+            with reading(f"the {kind} is broken or truncated"):
+                yield
+        except Image.DecompressionBombError:
+            raise ValueError(f"the picture has more than the {MAX_PICTURE_CELLS} pixels that are read") from None
 
 
 def _grey_and_alpha(image: Image.Image) -> Picture:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import frozen_array
+from mapping.io.safe_load import read_lines
 from mapping.numbers import parse_number
 
 _NUMBERS = 8
@@ -34,7 +35,7 @@ def load_relations(path: Path) -> Relations:
     numbers or there is none; ``OSError`` if the file cannot be read.
     """
     rows = []
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+    for number, line in enumerate(read_lines(path), start=1):
         words = line.split("#", 1)[0].split()
         if not words:
             continue

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
 from mapping.io.npz_file import load_npz, save_npz
+from mapping.io.safe_load import reading
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
@@ -43,10 +44,8 @@ def load_robot_log(path: Path) -> RobotLog:
     Raises ``ValueError`` that names the file and what is wrong with it, ``OSError`` if it cannot be read.
     """
     fields = load_npz(path, FIELDS)
-    try:
+    with reading(f"{path}: not a robot log"):
         return _robot_log(fields)
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{path}: not a robot log: {error}") from None
 
 
 def _robot_log(fields: dict[str, NDArray[Any]]) -> RobotLog:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.io.safe_load import read_lines
 from mapping.robot.trajectory import Trajectory
 
 
@@ -30,7 +31,7 @@ def load_tum(path: Path) -> Trajectory:
     increase; ``OSError`` if the file cannot be read.
     """
     rows = []
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+    for number, line in enumerate(read_lines(path), start=1):
         text = line.split("#", 1)[0].replace(",", " ").split()
         if text:
             rows.append(_row(text, f"{path}: line {number}"))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import io
 from pathlib import Path
 from typing import Any
 
-from mapping.io.safe_load import read_json
+from mapping.io.safe_load import MAX_BYTES, read_json, read_limited, reading
+from mapping.io.shape import require_shape
 from mapping.io.transaction import atomic_folder, change_files
 from mapquilt.benchmark.results import BenchmarkResults
 from mapquilt.benchmark.table import markdown
@@ -107,12 +109,13 @@ def load_answers(folder: Path) -> tuple[dict[str, Any], list[EvaluatedPair]]:
     path = folder / PAIRS_FILE
     summary = read_record(folder / SUMMARY_FILE, "summary")
     timings = read_json(folder / TIMINGS_FILE)
-    try:
-        seconds = {(one["set"], one["pair"], one["method"]): float(one["seconds"]) for one in timings["pairs"]}
-        with path.open(encoding="utf-8", newline="") as file:
-            answers = [from_row(read_csv_row(row), folder.resolve().parent) for row in csv.DictReader(file)]
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: is damaged ({error}); run the benchmark again") from None
+    require_shape(
+        timings, {"pairs": [{"set": str, "pair": str, "method": str, "seconds": float}]}, str(folder / TIMINGS_FILE)
+    )
+    seconds = {(one["set"], one["pair"], one["method"]): float(one["seconds"]) for one in timings["pairs"]}
+    with reading(path):
+        rows = csv.DictReader(io.StringIO(read_limited(path, MAX_BYTES).decode("utf-8"), newline=""), restkey="")
+        answers = [from_row(read_csv_row(row), folder.resolve().parent) for row in rows]
     return summary, [
         dataclasses.replace(one, seconds=seconds.get((one.pair.suite, one.pair.name, one.method))) for one in answers
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,12 @@ from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.dataset.loader import DatasetPair, load_dataset
 from mapquilt.evaluation.evaluated_pair import GroundTruth, PairInfo
 from mapquilt.json_file import read_record
+
+FARTHEST = 1e5
+"""Largest translation of a true transform [pixels]: several times the side of the largest picture that is read."""
+
+LARGEST_SCALE = 100.0
+"""Largest scale of a true transform, and the inverse of the smallest."""
 
 NEGATIVE = "negative"
 OTHER_WORLDS, NOTHING_COMMON = "other worlds", "nothing in common"
@@ -29,7 +36,7 @@ def read_pair_list(path: Path) -> list[BenchmarkPair]:
     """
     pairs = [_listed_pair(path, entry) for entry in read_record(path, "pairs")["pairs"]]
     names = [pair.info.name for pair in pairs]
-    repeated = sorted({name for name in names if names.count(name) > 1})
+    repeated = sorted(name for name, count in Counter(names).items() if count > 1)
     if repeated:
         raise ValueError(f"{path}: more than one pair is called {repeated[0]!r}, names must differ")
     for pair in pairs:
@@ -69,6 +76,10 @@ def _info(suite: str, name: str, files: Sequence[Path], **fields: Any) -> PairIn
 def _pixel_transform(path: Path, entry: dict[str, Any]) -> Similarity2:
     try:
         numbers = [float(entry[name]) for name in ("tx", "ty", "rotation_deg", "scale")]
+        if not max(abs(numbers[0]), abs(numbers[1])) <= FARTHEST:
+            raise ValueError(f"tx, ty are {numbers[0]:g}, {numbers[1]:g} pixels, must lie within {FARTHEST:g}")
+        if not 1.0 / LARGEST_SCALE <= numbers[3] <= LARGEST_SCALE:
+            raise ValueError(f"scale is {numbers[3]:g}, must lie between {1.0 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}")
         return Similarity2(numbers[0], numbers[1], math.radians(numbers[2]), numbers[3])
     except (KeyError, TypeError):
         raise ValueError(

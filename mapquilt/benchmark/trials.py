@@ -10,6 +10,8 @@ from hashlib import sha256
 from pathlib import Path
 
 from mapping.geometry.scale_range import ScaleRange
+from mapping.io.safe_load import reading
+from mapping.io.shape import require_shape
 from mapping.map_set import MapSet
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, evaluate_pair
@@ -74,7 +76,7 @@ def run_benchmark(
         answers = runner.run(run_trial, tasks, on_progress)
     else:
         with job_folder(work, "benchmark of mapquilt", TASKS_FILE, _tasks_text(tasks)):
-            journal = Journal[TrialTask](work / JOURNAL_FILE, lambda task: str(task.number))
+            journal = Journal[TrialTask](work / JOURNAL_FILE, lambda task: str(task.number), _check_entry)
             entries = journal.run(
                 runner, run_trial, tasks, _entry, on_entries=lambda done: on_progress(len(done), len(tasks))
             )
@@ -105,6 +107,12 @@ def _entry(task: TrialTask, result: tuple[EvaluatedPair, ...] | BaseException) -
     if isinstance(result, BaseException):
         raise result
     return {"rows": [to_row(one) for one in result], "seconds": [one.seconds for one in result]}
+
+
+def _check_entry(entry: Entry, place: str) -> None:
+    require_shape(entry, {"rows": [dict], "seconds": [float]}, place)
+    with reading(place):
+        _answers(entry)
 
 
 def _answers(entry: Entry) -> tuple[EvaluatedPair, ...]:

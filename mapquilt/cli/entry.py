@@ -7,6 +7,7 @@ import traceback
 
 import typer
 
+from mapping.io.safe_load import printable
 from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, TERMINATED, UNFINISHED, Termination
 from mapquilt.jobs.runner import UnfinishedError
 
@@ -18,7 +19,7 @@ def run_app(app: typer.Typer, arguments: list[str], name: str) -> int:
     """Run one command of an application and return its exit status. Errors end here, in one line on standard error."""
     status, message = _outcome(app, arguments, name)
     if message is not None:
-        typer.echo(f"{name}: {' '.join(message.split())}", err=True)
+        typer.echo(f"{name}: {printable(' '.join(message.split()))}", err=True)
     return status
 
 
@@ -60,11 +61,13 @@ def _cause(error: BaseException) -> BaseException:
 
 
 def _check_names(arguments: list[str]) -> None:
-    """Refuse file names that are not UTF-8, because records and tables contain them."""
+    """Refuse file names that are not UTF-8 or steer a terminal, because records and tables contain them."""
     for argument in arguments:
         name = argument.encode(errors="backslashreplace").decode()
         if name != argument:
             raise ValueError(f"{name}: is not UTF-8, which names must be")
+        if printable(argument) != argument:
+            raise ValueError(f"{printable(argument)}: has a control character, which names must not have")
 
 
 def _with_value(error: typer.TyperException) -> str:

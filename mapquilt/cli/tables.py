@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.io.safe_load import printable
 from mapping.map_set import MapSet, Unit
 from mapquilt.viz.text_table import plain_table
 from merge.records.result import MergeResult, PairResult
@@ -28,13 +29,13 @@ def print_table(table: Table | str) -> None:
     """Print on standard output; in colour only on a terminal. Brackets in names are not markup."""
     width = None if Console().is_terminal else PLAIN_WIDTH
     console = Console(highlight=False, markup=False, emoji=False, width=width)
-    console.print(table, soft_wrap=isinstance(table, str))
+    console.print(printable(table) if isinstance(table, str) else table, soft_wrap=isinstance(table, str))
 
 
 def warn(warnings: tuple[str, ...]) -> None:
     """Print warnings on standard error, one line each."""
     for warning in warnings:
-        typer.echo(f"mapquilt: warning: {warning}", err=True)
+        typer.echo(f"mapquilt: warning: {printable(warning)}", err=True)
 
 
 def count_of_maps(number: int) -> str:

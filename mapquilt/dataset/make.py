@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.io.safe_load import file_digest
 from mapping.io.transaction import LEDGER_FILE, atomic_folder
 from mapquilt.dataset.card import CARD_FILE, FIGURE_FILE, write_card
 from mapquilt.dataset.carried_plans import CarriedPlans
@@ -102,10 +102,7 @@ def _is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
     found = [(record["kind"], record.get(record["kind"])) for record in records]
     if found != [("mission", mission.name), *made] and (found or made):
         return False
-    return all(
-        path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == digest
-        for path, digest in _files(out, records).items()
-    )
+    return all(path.is_file() and file_digest(path) == digest for path, digest in _files(out, records).items())
 
 
 def _files(out: Path, records: Sequence[Record]) -> dict[Path, str]:

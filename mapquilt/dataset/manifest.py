@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.io.safe_load import json_value
+from mapping.io.safe_load import MAX_BYTES, json_value, read_limited
 from mapquilt.dataset.seal import file_problem, read_seal
 from mapquilt.json_file import check_record, present_record
 
@@ -74,7 +74,7 @@ def parse_manifest(folder: Path) -> Manifest:
     if not path.exists():
         raise ValueError(f"{path}: no such file; is {folder} a finished data set?")
     records = []
-    for number, line in enumerate(path.read_bytes().splitlines(), start=1):
+    for number, line in enumerate(read_limited(path, MAX_BYTES).splitlines(), start=1):
         record = json_value(line, f"{path}: line {number}")
         if not isinstance(record, dict):
             raise ValueError(f"{path}: line {number}: is not a record")

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from mapping.io.picture import read_limited
+from mapping.io.safe_load import read_limited
 
 SEAL_FILE = "SHA256SUMS"
 MAX_SEAL_BYTES = 2**16

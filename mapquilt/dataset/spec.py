@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
@@ -153,6 +154,9 @@ class SamplesSpec(_Strict):
         for name in lists:
             if not getattr(self, name):
                 raise ValueError(f"{name} lists no value")
+        combined = math.prod(len(getattr(self, name)) for name in lists) * math.prod(map(len, self.set.values()))
+        if combined > MOST:
+            raise ValueError(f"the lists combine to {combined} samples of a mission, must be at most {MOST}")
         for low, high in self.scale:
             FramePerturbationRanges(low, high)
         for angle in self.max_rotation:
@@ -191,6 +195,14 @@ class DatasetSpec(_Strict):
         dict[str, Positive],
         _key("shares of each group's worlds; no world is in two splits", "", {"train": 0.8, "test": 0.2}),
     ] = {"train": 0.6, "validation": 0.2, "test": 0.2}
+
+    @property
+    def scans(self) -> float:
+        """Number of scans of all robots in all missions."""
+        return sum(
+            each.count * sum(robot.lidar.rate for robot in each.of_mission(0).settings().robots) * each.duration
+            for each in self.missions
+        )
 
     @property
     def total(self) -> int:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from mapping.io.picture import read_limited
-from mapping.io.safe_load import MAX_BYTES, json_value
+from mapping.io.safe_load import MAX_BYTES, json_value, read_limited
 from mapquilt.dataset.card import CARD_FILE, FIGURE_FILE
 from mapquilt.dataset.carried_plans import PLANS_FOLDER
 from mapquilt.dataset.manifest import (

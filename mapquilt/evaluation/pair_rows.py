@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.io.shape import Shape, require_shape
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo
 from mapquilt.evaluation.transform_error import TransformError
 from mapquilt.json_file import OLD_EVIDENCE, similarity_record
@@ -40,6 +41,10 @@ TEXTS = (
     *("method", "set", "pair", "target", "source", "subset", "world", "mission", "outcome", "reason"),
     *("target_map", "source_map"),
 )
+_FLAGS = ("negative", "identifiable", "distorted", "accepted", "right")
+_SHAPE: dict[str, Shape] = {f"{name}?": str | None if name in TEXTS else float | None for name in COLUMNS}
+_SHAPE |= {f"{name}?": bool | None for name in _FLAGS}
+_SHAPE |= {"level?": list | None, "method": str, "pair": str}
 OLD_NAMES = OLD_EVIDENCE | {
     "bent": "distorted",
     "runner_up_agreement": "alternative_score",
@@ -107,9 +112,11 @@ def _transform_cells(prefix: str, transform: Similarity2 | None) -> dict[str, fl
 def from_row(row: Mapping[str, Any], folder: Path = Path()) -> EvaluatedPair:
     """Read a row, of this version or the one before. Map files are relative to ``folder``.
 
-    Evidence that the older version did not keep is NaN. Raises ``KeyError`` if a column is missing.
+    Evidence that the older version did not keep is NaN. Raises ``KeyError`` if a column is missing, ``ValueError`` if
+    a value is of the wrong type.
     """
     row = {OLD_NAMES.get(name, name): value for name, value in row.items()}
+    require_shape(row, _SHAPE, "row")
     get = row.get
     pair = PairInfo(
         name=row["pair"],

@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from filelock import FileLock, Timeout
 
 from mapping.io.atomic import naming, remove_temporaries, write_bytes_atomically
-from mapping.io.safe_load import json_value
+from mapping.io.safe_load import MAX_BYTES, json_value, read_limited
 from mapping.io.transaction import change_files, finish_transaction
 from mapquilt.jobs.runner import Runner, UnfinishedError, WorkerDeathError
 
@@ -41,7 +41,7 @@ def job_folder(folder: Path, kind: str, settings_file: str, settings: str) -> It
         finish_transaction(folder)
         remove_temporaries(folder)
     if path.exists():
-        if path.read_text(encoding="utf-8") != settings:
+        if read_limited(path, MAX_BYTES, may_be_empty=True) != settings.encode():
             raise ValueError(f"{folder}: holds a {kind} with other settings; choose another folder")
     else:
         if folder.exists() and not folder.is_dir():
@@ -115,18 +115,25 @@ def remove_job(folder: Path, settings_file: str) -> None:
 class Journal(Generic[Task]):
     """Append one line of JSON per finished task, forced to the disk before the next one begins.
 
-    ``key`` names a task; its entry holds the name under ``"task"``, in studies of version 1 under ``"mission"``.
+    ``key`` names a task; its entry holds the name under ``"task"``, in studies of version 1 under ``"mission"``, and
+    ``check`` raises ``ValueError`` that begins with the given place if the rest of an entry is damaged.
     """
 
-    def __init__(self, path: Path, key: Callable[[Task], str]) -> None:
+    def __init__(
+        self, path: Path, key: Callable[[Task], str], check: Callable[[Entry, str], None] = lambda entry, place: None
+    ) -> None:
         self.path = path
         self.key = key
+        self.check = check
 
     def entries(self) -> dict[str, Entry]:
-        """Read the entries by task. A last line that a kill cut short is removed from the file."""
+        """Read the entries by task. A last line that a kill cut short is removed from the file.
+
+        Raises ``ValueError`` naming file, line and field if another line is damaged.
+        """
         if not self.path.exists():
             return {}
-        data = self.path.read_bytes()
+        data = read_limited(self.path, MAX_BYTES, may_be_empty=True)
         whole = data[: data.rfind(b"\n") + 1]
         if len(whole) < len(data):
             with self.path.open("r+b") as file:
@@ -139,6 +146,7 @@ class Journal(Generic[Task]):
         entry = json_value(line, place)
         if not isinstance(entry, dict) or not isinstance(entry.get("task", entry.get("mission")), str | int):
             raise ValueError(f"{place}: names no task; delete the file, and all is made again")
+        self.check(entry, place)
         return entry
 
     def run(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from rosbags.rosbag2 import ReaderError as Ros2Error
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_typestore
 
+from mapping.io.safe_load import reading
 from mapping.robot.recorded_log import RateLimit, RecordedLog, covered_scans, usable_scans
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
@@ -31,10 +31,8 @@ TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 STATIC_TOPIC = "/tf_static"
 
 _SURVEYED = 5000  # messages of tf in which every frame above the lidar shows up: 50 s at 100 Hz
-_DAMAGED = (
-    *(AnyReaderError, Ros1Error, Ros2Error, SerdeError, TypesysError, SqliteError, struct.error),
-    *(AssertionError, EOFError, IndexError, KeyError, UnicodeDecodeError, MemoryError),
-)
+_BAG_ERRORS = (AnyReaderError, Ros1Error, Ros2Error, SerdeError, TypesysError, SqliteError)
+"""Base classes of the errors of the library rosbags."""
 
 
 @dataclass
@@ -85,13 +83,8 @@ def load_bag(
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    try:
+    with reading(path, *_BAG_ERRORS):
         yield
-    except _DAMAGED as error:
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise ValueError(f"{path}: no ROS bag, or a damaged one: {reason}") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
 
 
 def _of_type(reader: AnyReader, kind: str) -> dict[str, list[Connection]]:
@@ -197,10 +190,8 @@ def _pose(position: Any, rotation: Any) -> tuple[float, ...]:
 
 def _scan(message: Any, stamp: float, number: int) -> LidarScan:
     angles, limits = (message.angle_min, message.angle_increment), (message.range_min, message.range_max)
-    try:
+    with reading(f"message {number}"):
         return LidarScan.of_readings(stamp, *angles, *limits, message.ranges)
-    except ValueError as error:
-        raise ValueError(f"message {number}: {error}") from None
 
 
 def _recorded(path: Path, content: _Content, chain: Sequence[str], moving: str | None) -> RecordedLog:

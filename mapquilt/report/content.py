@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mapping.io.safe_load import MAX_BYTES, read_limited
+from mapping.io.safe_path import safe_path
 from mapquilt.evaluation.evaluated_pair import OUTCOMES, EvaluatedPair
 
 if TYPE_CHECKING:
@@ -73,3 +76,16 @@ def methods_of(answers: Sequence[EvaluatedPair]) -> tuple[str, ...]:
 def outcome_rank(one: EvaluatedPair) -> int:
     """Rank outcomes as they are shown: errors first, pairs that were not merged last."""
     return len(OUTCOMES) if one.outcome is None else OUTCOMES.index(one.outcome)
+
+
+def own_picture(folder: Path, name: str) -> bytes | None:
+    """Read a picture of a folder for its report; None if there is none.
+
+    Raises ``ValueError`` if it is a link out of the folder, because the report would publish another file.
+    """
+    if not (folder / name).is_file():
+        return None
+    path = safe_path(folder, name)
+    if path is None:
+        raise ValueError(f"{folder / name}: is a link that leads out of {folder}")
+    return read_limited(path, MAX_BYTES)

@@ -11,7 +11,7 @@ from mapquilt.dataset.card import FIGURE_FILE, natural_order, overlap_stratum
 from mapquilt.dataset.loader import DatasetPair, load_dataset
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo
 from mapquilt.json_file import read_record
-from mapquilt.report.content import Content, Picture, Sheet
+from mapquilt.report.content import Content, Picture, Sheet, own_picture
 from mapquilt.report.of_run import run_answers
 from mapquilt.runs.folder import MERGE_FILE, RUN_FILE
 
@@ -30,7 +30,7 @@ def dataset_content(folder: Path) -> Content:
         answers += run_answers(sample.folder, record, sample.name)
     negatives = [pair for pair in dataset.pairs if pair.target_from_source is None]
     answers += [_negative(pair) for pair in negatives]
-    figures = folder / FIGURE_FILE
+    figures = own_picture(folder, FIGURE_FILE)
     return Content(
         kind="data set",
         name=folder.resolve().name,
@@ -43,12 +43,12 @@ def dataset_content(folder: Path) -> Content:
         pictures=[
             Picture(
                 "Properties",
-                figures.read_bytes(),
+                figures,
                 "Histograms of true overlap, distortion, scale and residual of the pairs",
                 "True overlap, distortion, scale and residual.",
             )
         ]
-        if figures.is_file()
+        if figures is not None
         else [],
         sheets=[_strata(answers, {sample.name: sample.split for sample in dataset.samples})],
         notes=[] if merged else ["No sample has been merged in place; `mapquilt merge DATASET` does it."],

@@ -9,7 +9,7 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair, PairInfo
 from mapquilt.json_file import read_record
 from mapquilt.merging.merge_file import load_answer
 from mapquilt.report.charts import stage_chart
-from mapquilt.report.content import Content, Picture
+from mapquilt.report.content import Content, Picture, own_picture
 from mapquilt.report.mission_view import mission_view
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import load_truth
@@ -44,9 +44,9 @@ def run_content(folder: Path) -> Content:
         settings=run_settings(record),
         answers=tuple(run_answers(folder, record)),
         pictures=[
-            Picture(heading, (folder / name).read_bytes(), alt, caption)
+            Picture(heading, data, alt, caption)
             for name, heading, alt, caption in PICTURES
-            if (folder / name).is_file()
+            if (data := own_picture(folder, name)) is not None
         ],
         charts=[stage_chart(timings)] if timings else [],
         notes=[] if (folder / run_folder.MERGE_FILE).is_file() else ["This run has not been merged yet."],
@@ -73,7 +73,7 @@ def run_answers(folder: Path, record: dict[str, Any], suite: str = "") -> list[E
 
     Raises ``ValueError`` if the merge lacks a pair.
     """
-    truth, files = load_truth(folder / run_folder.TRUTH_FILE), _map_files(folder)
+    truth, files = load_truth(folder / run_folder.TRUTH_FILE), run_folder.map_files(folder)
     merge_path = folder / run_folder.MERGE_FILE
     merged = load_answer(merge_path) if merge_path.is_file() else None
     answers = {} if merged is None else {(pair.target, pair.source): pair for pair in merged.pairs}
@@ -98,8 +98,3 @@ def run_answers(folder: Path, record: dict[str, Any], suite: str = "") -> list[E
         else:
             raise ValueError(f"{merge_path}: has no pair {target}, {source}; merge the run again")
     return found
-
-
-def _map_files(folder: Path) -> dict[str, Path]:
-    maps = read_record(folder / run_folder.MAPS_FILE, "maps")["maps"]
-    return {entry["name"]: folder / entry["file"] for entry in maps}

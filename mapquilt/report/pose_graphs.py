@@ -10,7 +10,7 @@ from mapquilt.json_file import read_record
 from mapquilt.logs.load_log import LogSource, load_log
 from mapquilt.logs.log_map import LogMap, draw_log
 from mapquilt.logs.map_figure import map_figure
-from mapquilt.report.content import Picture
+from mapquilt.report.content import Picture, own_picture
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.png import figure_png
 
@@ -29,8 +29,9 @@ def pose_graphs(folder: Path, on_progress: Progress) -> list[Picture]:
     if record["poses"] != SLAM:
         return []
     if record["mission"] is None:
-        files = [(name, folder / name / run_folder.LOG_MAP_PICTURE) for name in run_folder.load_maps(folder).names]
-        return [_picture(name, path.read_bytes(), "") for name, path in files if path.is_file()]
+        names = run_folder.load_maps(folder).names
+        found = [(name, own_picture(folder, f"{name}/{run_folder.LOG_MAP_PICTURE}")) for name in names]
+        return [_picture(name, data, "") for name, data in found if data is not None]
     settings = MappingSettings(
         SLAM, record["resolution_m"], record["sensor_model"], record["clear_range_m"], mapper=LOG_ODDS
     )

@@ -25,6 +25,7 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.atomic import remove_temporaries
 from mapping.io.map_file import load_map
 from mapping.io.robot_log_file import load_robot_log
+from mapping.io.safe_load import reading
 from mapping.io.safe_path import safe_path
 from mapping.io.transaction import atomic_folder, change_files, finish_transaction
 from mapping.map_set import MapSet
@@ -68,6 +69,9 @@ ANSWER_FILES = (
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Valid names of maps, which become names of folders and of ROS topics."""
+
+_MISSION = re.compile(rf"{MISSION_FOLDER}|\.\./\.\./missions/[A-Za-z0-9_-]+")
+"""Valid places of a run's mission: its own, or one that the samples of a data set share."""
 
 Timings = dict[str, dict[str, float]]
 """Seconds by stage and step."""
@@ -156,6 +160,11 @@ def mission_folder(folder: Path) -> Path:
     record = read_record(require_run(folder) / RUN_FILE, "run")
     if record["mission"] is None:
         raise ValueError(f"{folder}: its maps were drawn from recorded logs; it has no mission")
+    if not _MISSION.fullmatch(record["mission"]):
+        raise ValueError(
+            f"{folder / RUN_FILE}: mission is {record['mission'][:100]!r}, must be {MISSION_FOLDER!r}, "
+            "or the mission's folder in a data set"
+        )
     mission = folder / str(record["mission"])
     if not mission.is_dir():
         raise ValueError(f"{mission}: no such folder; the mission of {folder} is missing")
@@ -172,22 +181,28 @@ def load_maps(folder: Path) -> MapSet:
 
     Raises ``ValueError`` or ``OSError`` naming the file that is missing or wrong.
     """
-    path = require_run(folder) / MAPS_FILE
-    record = read_record(path, "maps")
-    names = tuple(entry["name"] for entry in record["maps"])
-    try:
-        _check_names(names)
-        files = [_map_file(folder, entry["file"]) for entry in record["maps"]]
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-    loaded = [load_map(file) for file in files]
+    files = map_files(require_run(folder))
+    record = read_record(folder / MAPS_FILE, "maps")
+    loaded = [load_map(file) for file in files.values()]
     return MapSet(
-        names=names,
+        names=tuple(files),
         grids=tuple(entry.grid for entry in loaded),
         units=tuple(entry.unit for entry in loaded),
         resolutions_trusted=record["resolutions_trusted"],
         provenance=record["provenance"],
     )
+
+
+def map_files(folder: Path) -> dict[str, Path]:
+    """Return the YAML of each map of a run by its name.
+
+    Raises ``ValueError`` naming the file if it is missing or wrong, or a map lies outside of the folder.
+    """
+    path = folder / MAPS_FILE
+    entries = read_record(path, "maps")["maps"]
+    with reading(path):
+        _check_names(tuple(entry["name"] for entry in entries))
+        return {entry["name"]: _map_file(folder, entry["file"]) for entry in entries}
 
 
 def true_rasters(folder: Path, maps: MapSet) -> tuple[OccupancyGrid, dict[str, OccupancyGrid]]:

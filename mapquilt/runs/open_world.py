@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mapping.io.safe_load import read_json, read_yaml
+from mapping.io.safe_load import read_json, read_yaml, reading
 from mapquilt.json_file import check_record
 from worlds.families.registry import FAMILIES, make_world
 from worlds.floor import require_drivable
@@ -89,8 +89,6 @@ def _read(path: Path, plan: PlanOptions) -> tuple[World, tuple[str, ...]]:
     if plan.level is not None:
         raise ValueError(f"--level: applies to buildings only, and {path} is none")
     check_record(path, "world", value)
-    try:
+    with reading(path):
         world = world_from_json(value, path.stem)
         return fill_pockets(world) if plan.mended else (world, ())
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error

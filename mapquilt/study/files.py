@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mapping.io.safe_load import read_json
+from mapping.io.safe_load import read_json, reading
+from mapping.io.shape import require_shape
 from mapquilt.evaluation.pair_rows import COLUMNS, TRANSFORM, csv_text, from_row, to_row
 from mapquilt.evaluation.statistics import Interval, Quantiles, Share
-from mapquilt.jobs.journal import Journal
+from mapquilt.jobs.journal import Entry, Journal
 from mapquilt.json_file import check_record, record_bytes, to_text
 from mapquilt.study.paired import PairedTest
 from mapquilt.study.plan import Method, MissionTask, StudyPlan, plan_study
@@ -162,7 +162,14 @@ def _test_row(test: PairedTest) -> dict[str, Any]:
 
 def trials_journal(folder: Path) -> Journal[MissionTask]:
     """Open the journal of finished missions."""
-    return Journal(folder / TRIALS_FILE, lambda task: str(task.index))
+    return Journal(folder / TRIALS_FILE, lambda task: str(task.index), _check_entry)
+
+
+def _check_entry(entry: Entry, place: str) -> None:
+    shape = {"pairs": [dict], "teams": [{"level": list}], "failures": [{"level": list | None}]}
+    require_shape(entry, shape, place)
+    with reading(place):
+        trials_from_record(entry)
 
 
 def is_study(folder: Path) -> bool:
@@ -177,10 +184,7 @@ def load_results(folder: Path) -> StudyResults:
     check_record(path, "plan", record)
     plan = plan_from_record(record)
     entries = [entry for _, entry in sorted(trials_journal(folder).entries().items(), key=lambda item: int(item[0]))]
-    try:
-        missions = [trials_from_record(entry) for entry in entries]
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{folder / TRIALS_FILE}: is damaged: {json.dumps(str(error))}") from None
+    missions = [trials_from_record(entry) for entry in entries]
     return build_results(
         plan,
         [pair for trials in missions for pair in trials.pairs],

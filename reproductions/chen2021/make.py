@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.io.shape import require_shape
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from reproductions.chen2021.answers import CaseAnswer, answers_of
@@ -88,7 +89,7 @@ def make_study(spec: StudySpec, out: Path, runner: Runner, on_progress: Progress
     missions = [Task(place, seed, maps_file(out, place, seed)) for place, seed in places]
     matches = [replace(task, method=method) for method in spec.methods for task in missions]
     total = len(missions) + len(matches)
-    journal = Journal[Task](out / JOURNAL_FILE, lambda task: task.name)
+    journal = Journal[Task](out / JOURNAL_FILE, lambda task: task.name, _check_entry)
 
     def run(tasks: Sequence[Task], others: Sequence[Task]) -> dict[str, Entry]:
         known = journal.entries()
@@ -147,6 +148,10 @@ def _is_whole(out: Path, entry: Entry) -> bool:
         return True
     path = out / MAPS_FOLDER / entry["file"]
     return path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == str(entry["sha256"])
+
+
+def _check_entry(entry: Entry, place: str) -> None:
+    require_shape(entry, {"answers?": [{"pair": dict}], "seconds?": [float]}, place)
 
 
 def _study(spec: StudySpec, entries: list[Entry]) -> Study:

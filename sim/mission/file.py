@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mapping.geometry.se2 import SE2
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.npz_file import load_npz, save_npz
-from mapping.io.safe_load import read_json
+from mapping.io.safe_load import read_json, reading
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
@@ -29,6 +29,9 @@ from worlds.world_file import world_from_json, world_to_json
 
 SCHEMA_VERSION = 2
 WORLD_FILE = "world.json"
+
+DIMENSIONS = {"stamps": 1, "world_from_base": 2, "ranges": 2, "hits_robot": 2}
+"""Arrays of a robot's file, and their numbers of dimensions."""
 
 BEYOND = 0.1
 """Distance [m] beyond the world's border that a lidar or a hit may have: rounding, and no more."""
@@ -71,19 +74,15 @@ def load_mission(folder: Path) -> Mission:
     Raises ``OSError`` if a file is missing, ``ValueError`` with the file if one is malformed.
     """
     world_path, path = folder / WORLD_FILE, folder / "mission.json"
-    try:
+    with reading(world_path):
         world = world_from_json(_read_record(world_path))
-    except ValueError as error:
-        raise ValueError(f"{world_path}: {error}") from error
     record = _read_record(path)
     if record.get("schema") != "mapquilt/mission" or record.get("version") != SCHEMA_VERSION:
         raise ValueError(f"{path}: not a mapquilt/mission of version {SCHEMA_VERSION}")
-    try:
+    with reading(f"{path}: malformed"):
         _check_fields(record)
         settings = _settings(record["settings"])
         seed, contacts = _count("seed", record["seed"]), tuple(_count("touches", each) for each in record["touches"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: malformed: {error}") from error
     robots = tuple(
         _load_robot(folder / f"robot_{k}.npz", robot.lidar, world) for k, robot in enumerate(settings.robots)
     )
@@ -132,8 +131,8 @@ def _robot(record: dict[str, Any]) -> RobotSettings:
 
 
 def _load_robot(path: Path, lidar: Lidar, world: World) -> RobotTruth:
-    arrays = load_npz(path, ("stamps", "world_from_base", "ranges", "hits_robot"))
-    try:
+    arrays = load_npz(path, DIMENSIONS)
+    with reading(path):
         _check_arrays(arrays, lidar, world)
         trajectory = Trajectory(arrays["stamps"], arrays["world_from_base"])
         scans = tuple(
@@ -143,15 +142,15 @@ def _load_robot(path: Path, lidar: Lidar, world: World) -> RobotTruth:
         truth = RobotTruth(scans, trajectory, arrays["hits_robot"], lidar.base_from_lidar)
         _check_beams(truth, world)
         return truth
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{path}: {error}") from error
 
 
 def _check_arrays(arrays: dict[str, NDArray[Any]], lidar: Lidar, world: World) -> None:
     for name, array in arrays.items():
         if array.dtype.kind not in "fiub":
             raise ValueError(f"{name} is of type {array.dtype}, must be numeric")
-    if arrays["ranges"].ndim != 2 or arrays["ranges"].shape[1] != lidar.beams:
+        if array.ndim != DIMENSIONS[name]:
+            raise ValueError(f"{name} has shape {array.shape}, must have {DIMENSIONS[name]} dimensions")
+    if arrays["ranges"].shape[1] != lidar.beams:
         raise ValueError(f"ranges has shape {arrays['ranges'].shape}, must be (N, {lidar.beams}) for this lidar")
     places = arrays["world_from_base"][..., :2]
     if not ((places >= 0.0) & (places <= world.size)).all():

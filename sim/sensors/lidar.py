@@ -11,6 +11,12 @@ from numpy.typing import NDArray
 from mapping.geometry.se2 import SE2
 from mapping.robot.scan import LidarScan
 
+MAX_BEAMS = 100_000
+"""Most beams of a scan: those of the finest scanners on the market are 36,000."""
+
+MAX_RATE = 1_000.0
+"""Highest rate of scans [Hz]: a simulation steps no finer."""
+
 
 @dataclass(frozen=True)
 class Lidar:
@@ -33,8 +39,8 @@ class Lidar:
     model: str = "default"
 
     def __post_init__(self) -> None:
-        if self.beams < 1:
-            raise ValueError(f"Lidar: beams is {self.beams}, must be at least 1")
+        if not 1 <= self.beams <= MAX_BEAMS:
+            raise ValueError(f"Lidar: beams is {self.beams}, must lie between 1 and {MAX_BEAMS}")
         for name in ("angle_min", "angle_increment", "range_min", "range_max", "rate"):
             if not math.isfinite(getattr(self, name)):
                 raise ValueError(f"Lidar: {name} is {getattr(self, name)}, must be finite")
@@ -46,8 +52,8 @@ class Lidar:
             raise ValueError(f"Lidar: range_min is {self.range_min}, must be at least 0")
         if self.range_max <= self.range_min:
             raise ValueError(f"Lidar: range_max is {self.range_max}, must exceed range_min {self.range_min}")
-        if self.rate <= 0.0:
-            raise ValueError(f"Lidar: rate is {self.rate}, must be positive")
+        if not 0.0 < self.rate <= MAX_RATE:
+            raise ValueError(f"Lidar: rate is {self.rate}, must be positive and at most {MAX_RATE:g} Hz")
 
     @property
     def angles(self) -> NDArray[np.float64]:

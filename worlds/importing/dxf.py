@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.io.picture import read_limited
+from mapping.io.safe_load import reading, require_file
 from worlds.importing.solids import chain, walls, world_from_solids
 from worlds.world import World
 
@@ -34,11 +34,9 @@ def read_dxf(path: Path, metres_per_unit: float | None) -> tuple[World, tuple[st
         from ezdxf.enums import InsertUnits
     except ImportError:
         raise ImportError("a DXF drawing needs ezdxf: pip install 'mapquilt[plans]'") from None
-    read_limited(path, MAX_BYTES)
-    try:
+    require_file(path, MAX_BYTES)
+    with reading("is no DXF drawing", ezdxf.DXFError):  # type: ignore[attr-defined]
         drawing = ezdxf.readfile(path)  # type: ignore[attr-defined]
-    except (ezdxf.DXFError, OSError, UnicodeDecodeError) as error:  # type: ignore[attr-defined]
-        raise ValueError(f"is no DXF drawing: {' '.join(str(error).split())[:200]}") from None
     if metres_per_unit is None:
         if not drawing.units:
             raise ValueError("the drawing states no unit ($INSUNITS); give --plan-resolution, in metres a unit")

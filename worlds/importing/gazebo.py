@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.io.picture import read_limited
+from mapping.io.safe_load import read_limited
 from worlds.importing.solids import world_from_solids
 from worlds.polygon import Polygon, disc
 from worlds.world import World

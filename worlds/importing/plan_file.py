@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mapping.io.safe_load import reading
 from worlds.importing.cells import world_from_cells
 from worlds.importing.dxf import read_dxf
 from worlds.importing.floor_plan_image import CellPlan, read_plan_map, read_plan_picture
@@ -48,16 +49,13 @@ def read_plan(path: Path, value: Any, options: PlanOptions) -> Read:
 
     Raises ``ValueError`` with the file and the fault, ``OSError`` if it cannot be read.
     """
-    try:
+    with reading(path):
         if options.level is not None and not is_building(value):
             raise ValueError("has no levels, for which --level is")
         world, notes = _read(path, value, options)
         if options.mended:
             world, filled = fill_pockets(world)
             notes = (*notes, *filled)
-    except ValueError as error:
-        text = str(error)
-        raise ValueError(text if text.startswith(f"{path}: ") else f"{path}: {text}") from error
     return world, tuple(note if note.startswith(f"{path}: ") else f"{path}: {note}" for note in notes)
 
 

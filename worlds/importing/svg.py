@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.io.picture import read_limited
+from mapping.io.safe_load import read_limited, reading
 from worlds.importing.cells import DARK
 from worlds.importing.solids import as_solid, chain, walls, world_from_solids
 from worlds.polygon import Polygon
@@ -35,10 +35,8 @@ def read_svg(path: Path, resolution: float) -> tuple[World, tuple[str, ...]]:
     data = read_limited(path, MAX_BYTES)
     if b"<!ENTITY" in data:
         raise ValueError("defines entities, which are not read")
-    try:
+    with reading("is no SVG drawing"):
         drawing = svgelements.SVG.parse(str(path), reify=False, ppi=96.0)
-    except (SyntaxError, ValueError, TypeError, AttributeError, ZeroDivisionError) as error:
-        raise ValueError(f"is no SVG drawing: {' '.join(str(error).split())[:200]}") from None
     solids: list[Polygon] = []
     crossed = 0
     for shape in drawing.elements(lambda each: isinstance(each, svgelements.Shape)):

@@ -14,7 +14,7 @@ from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_
 from mapquilt.cli.tables import print_table, warn
 from mapquilt.dataset.card import draw_figures
 from mapquilt.dataset.carried_plans import carry_plans
-from mapquilt.dataset.estimate import Estimate, estimate
+from mapquilt.dataset.estimate import Costs, Estimate, estimate
 from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import make_dataset
 from mapquilt.dataset.manifest import FAILURES_FILE, read_manifest
@@ -62,6 +62,9 @@ def make(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check the specification, and say what it makes and costs; write nothing.")
     ] = False,
+    limit_samples: Annotated[
+        int, typer.Option(help="Most samples that a specification may plan; more must be asked for.", min=1)
+    ] = 100_000,
 ) -> int:
     """Make a data set. After an interruption the same command continues, and the result is the same to the byte.
 
@@ -71,6 +74,12 @@ def make(
     Example: mapquilt dataset make smoke --out data
     """
     wanted, base = load_spec(spec), Path() if spec in READY else Path(spec).parent
+    if wanted.total > limit_samples:
+        hours = wanted.scans * Costs().seconds_per_scan / 3600.0
+        raise ValueError(
+            f"{spec}: plans {wanted.total} samples, and the simulation alone takes {hours:,.0f} h on one core; "
+            f"at most {limit_samples} are made: lower count or per_mission, or raise --limit-samples"
+        )
     carried = carry_plans(wanted, base)
     warn(carried.notes)
     chosen = chosen_workers(workers, scheduler)

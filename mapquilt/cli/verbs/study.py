@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mapping.io.safe_load import printable
 from mapping.io.transaction import write_files_atomically
 from mapquilt.cli.exit_status import Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
@@ -91,13 +92,13 @@ def _methods(names: list[str] | tuple[str, ...], as_published: bool) -> list[Met
 
 def _print(out: Path, found: StudyRun) -> int:
     for warning in found.warnings:
-        typer.echo(f"mapquilt: warning: {warning}", err=True)
+        typer.echo(f"mapquilt: warning: {printable(warning)}", err=True)
     results = found.results
     print_table(level_table(results))
     if results.tests:
         print_table(verdict_table(results))
     for failure in results.failures:
         where = "" if failure.level is None else f" at {' '.join(failure.level)}"
-        typer.echo(f"mapquilt: mission {failure.mission}{where} failed: {failure.reason}", err=True)
+        typer.echo(f"mapquilt: mission {failure.mission}{where} failed: {printable(failure.reason)}", err=True)
     print_table(f"{out}: {len(results.teams)} merges of {len({team.mission for team in results.teams})} missions")
     return 1 if results.failures else 0

@@ -357,12 +357,18 @@ def test_an_image_in_a_folder_below_is_read(tmp_path: Path, monkeypatch: pytest.
         assert load_map(name).grid.occupancy().tolist() == [[100]]
 
 
-def test_a_link_beside_the_yaml_is_followed(tmp_path: Path) -> None:
+def test_a_link_is_followed_inside_the_folder_only(tmp_path: Path) -> None:
     (tmp_path / "maps").mkdir()
     path = write_map(tmp_path / "maps", np.array([[0]], np.uint8))
-    (tmp_path / "maps" / "map.pgm").rename(tmp_path / "elsewhere.pgm")
-    (tmp_path / "maps" / "map.pgm").symlink_to("../elsewhere.pgm")
+    picture = tmp_path / "maps" / "map.pgm"
+    picture.rename(tmp_path / "maps" / "other.pgm")
+    picture.symlink_to("other.pgm")
     assert load_map(path).grid.occupancy().tolist() == [[100]]
+    (tmp_path / "maps" / "other.pgm").rename(tmp_path / "elsewhere.pgm")
+    picture.unlink()
+    picture.symlink_to("../elsewhere.pgm")
+    with pytest.raises(ValueError, match=r"outside the YAML's folder or a link that leads out"):
+        load_map(path)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import tempfile
 import tracemalloc
@@ -194,6 +195,9 @@ def test_folders_and_devices_are_refused(folder: Path) -> None:
     assert refusal(folder / "dir.yaml") == "dir.yaml: not a file"
     (folder / "map.pgm").unlink()
     (folder / "map.pgm").symlink_to("/dev/zero")
+    assert "or a link that leads out" in refusal(folder / "map.yaml")
+    (folder / "map.pgm").unlink()
+    os.mkfifo(folder / "map.pgm")
     assert refusal(folder / "map.yaml") == "map.pgm: not a file"
 
 

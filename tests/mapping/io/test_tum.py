@@ -41,7 +41,7 @@ def test_a_tilted_pose_keeps_its_yaw(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no pose"),
+        ("", "the file is empty"),
         ("# only words\n", "no pose"),
         ("0 1 2 3 0 0 0\n", "line 1 is '0 1 2 3 0 0 0', must be eight numbers"),
         ("# x\n0 1 2 a 0 0 0 1\n", "line 2 is '0 1 2 a 0 0 0 1', must be eight numbers"),

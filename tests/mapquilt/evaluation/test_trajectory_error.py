@@ -141,7 +141,7 @@ def test_relations_of_another_log_are_refused() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no relation"),
+        ("", "the file is empty"),
         ("1 2 3 4 5 6 7", "line 1 has 7 numbers, must be stamp1 stamp2"),
         ("\n1 2 3 4 5 6 7 nan", "line 2: 'nan' is no number"),
     ],
