@@ -49,6 +49,9 @@ def _pasted(maps: MapSet, reference: str, name: str, place: Similarity2) -> str:
         f"{{x: {place.x:.6f}, y: {place.y:.6f}, yaw: {place.yaw:.9f}, scale: {place.scale:.6f}}}",
         f"[{', '.join(f'[{row}]' for row in rows)}, [0, 0, 1]]",
     ]
+    if unit == "m" and _is_scaled(place):
+        resolution = maps.grids[maps.names.index(name)].frame.resolution * place.scale
+        lines.append(f"# tf has no scale: publish {name} at {resolution:.6g} m per cell, see transforms.yaml")
     return "\n".join([*lines, _publisher(reference, name, place)] if unit == "m" else lines)
 
 
@@ -63,7 +66,7 @@ def _entry(maps: MapSet, reference: str, name: str, place: Similarity2) -> dict[
     frame = maps.grids[maps.names.index(name)].frame
     entry: dict[str, Any] = {"name": name, "x": place.x, "y": place.y, "yaw": place.yaw, "scale": place.scale}
     entry["matrix"] = [*place.matrix().tolist(), [0.0, 0.0, 1.0]]
-    if abs(place.scale - 1.0) > 1e-9:
+    if _is_scaled(place):
         origin = frame.origin
         entry["publish_with"] = {
             "resolution": frame.resolution * place.scale,
@@ -72,6 +75,10 @@ def _entry(maps: MapSet, reference: str, name: str, place: Similarity2) -> dict[
     if name != reference:
         entry["static_transform_publisher"] = _publisher(reference, name, place)
     return entry
+
+
+def _is_scaled(place: Similarity2) -> bool:
+    return abs(place.scale - 1.0) > 1e-9
 
 
 def _publisher(reference: str, name: str, place: Similarity2) -> str:

@@ -337,7 +337,7 @@ def test_the_transform_is_printed_as_it_is_pasted(capsys, two_maps, tmp_path):
     frame = GridFrame(0.05, SE2(7.0, -4.0, 0.3), moved.frame.shape)
     save_map(OccupancyGrid(frame, moved.log_odds), tmp_path / "b")
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
-    header, block, matrix, publisher = capsys.readouterr().out.split("\n\n")[1].splitlines()
+    header, block, matrix, *note, publisher = capsys.readouterr().out.split("\n\n")[1].splitlines()
     assert header == "# a from b: x, y [m], yaw [rad], scale"
     (group,) = yaml.safe_load((tmp_path / "merged/transforms.yaml").read_text())["groups"]
     entry = group["maps"][1]
@@ -348,6 +348,7 @@ def test_the_transform_is_printed_as_it_is_pasted(capsys, two_maps, tmp_path):
     expected = moved.frame.origin @ frame.origin.inverse()
     assert (place["x"], place["y"], place["yaw"]) == pytest.approx((expected.x, expected.y, expected.yaw), abs=0.02)
     np.testing.assert_allclose(np.array(yaml.safe_load(matrix)), entry["matrix"], atol=1e-5)
+    assert len(note) == ("publish_with" in entry)
     here, there = frame.metres_from_cells(np.array([[100.0, 50.0]])), moved.frame.metres_from_cells([[100.0, 50.0]])
     np.testing.assert_allclose(np.array(entry["matrix"]) @ [*here[0], 1.0], [*there[0], 1.0], atol=0.02)
 
