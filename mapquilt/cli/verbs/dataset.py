@@ -22,6 +22,7 @@ from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.remake import remake_sample
 from mapquilt.dataset.spec import READY, SECTIONS, key_rows, load_spec, ready_spec
 from mapquilt.dataset.verify import verify_dataset
+from mapquilt.jobs.journal import recover_folders
 from mapquilt.jobs.progress import count_progress, dataset_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.viz.png import figure_png
@@ -155,7 +156,12 @@ def remake(
 
 
 @app.command("verify")
-def verify(folder: Folder) -> int:
+def verify(
+    folder: Folder,
+    repair: Annotated[
+        bool, typer.Option("--repair", help="First finish or remove what a killed writer left in the folder.")
+    ] = False,
+) -> int:
     """Check all that a reader uses: the manifest against its seal, its truth and itself, and every file by its hash.
 
     Exit status 1 if a file is missing, changed or in no record, or a record is wrong, and 2 if there is no manifest
@@ -163,6 +169,9 @@ def verify(folder: Folder) -> int:
 
     Example: mapquilt dataset verify data
     """
+    if repair:
+        read_manifest(folder)  # only in a data set
+        recover_folders(folder)
     with count_progress("hashing") as on_progress:
         problems = verify_dataset(folder, on_progress)
     for problem in problems:

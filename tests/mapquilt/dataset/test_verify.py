@@ -172,3 +172,12 @@ def test_the_loader_checks_the_files_that_it_reads(copy):
         data.samples[1].truth()
     with pytest.raises(ValueError, match=r"robot_1/map.pgm: has changed; .* lists 2 problems"):
         mapquilt.load_dataset(copy, verify=True)
+
+
+def test_repair_removes_what_killed_writers_left(copy):
+    sample = next(path for path in (copy / "samples").iterdir() if path.is_dir())
+    for folder in (copy, sample):
+        (folder / ".manifest.jsonl.0123456789abcdef.part").write_text("half")
+    assert command("dataset", "verify", copy) == 1
+    assert command("dataset", "verify", copy, "--repair") == 0
+    assert not list(copy.rglob("*.part"))
