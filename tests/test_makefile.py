@@ -24,7 +24,6 @@ VERBS = (
         "install",
         "test",
         "test-bounds",
-        "fuzz",
         "regression",
         "regression-update",
     ),
@@ -207,7 +206,6 @@ def test_ci_calls_what_the_readme_says() -> None:
     assert re.findall(r"^make ([\w-]+)", script, flags=re.MULTILINE) == [
         "check",
         "test-bounds",
-        "fuzz",
         "regression",
         "test",
     ]

@@ -7,7 +7,6 @@ import traceback
 
 import typer
 
-from mapping.io.safe_load import printable
 from mapquilt.cli.exit_status import BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, TERMINATED, UNFINISHED, Termination
 from mapquilt.jobs.runner import UnfinishedError
 
@@ -19,6 +18,8 @@ def run_app(app: typer.Typer, arguments: list[str], name: str) -> int:
     """Run one command of an application and return its exit status. Errors end here, in one line on standard error."""
     status, message = _outcome(app, arguments, name)
     if message is not None:
+        from mapping.io.safe_load import printable  # here: it loads numba, and only errors need it
+
         typer.echo(f"{name}: {printable(' '.join(message.split()))}", err=True)
     return status
 
@@ -66,6 +67,10 @@ def _check_names(arguments: list[str]) -> None:
         name = argument.encode(errors="backslashreplace").decode()
         if name != argument:
             raise ValueError(f"{name}: is not UTF-8, which names must be")
+        if argument.isprintable():
+            continue
+        from mapping.io.safe_load import printable
+
         if printable(argument) != argument:
             raise ValueError(f"{printable(argument)}: has a control character, which names must not have")
 

@@ -138,7 +138,11 @@ def test_calibrate_runs_to_its_end(tmp_path, monkeypatch, capsys):
     record = read_record(tmp_path / "out/calibration.json", "calibration")
     assert record["acceptance"]["threshold"] < 0.0
     assert record["check"]["pairs"] == 400
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"calibration.json", "reliability.png"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        ".mapquilt-files.json",
+        "calibration.json",
+        "reliability.png",
+    }
     assert "400 pairs of the check" in capsys.readouterr().out
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 

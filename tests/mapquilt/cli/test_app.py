@@ -278,10 +278,10 @@ def test_every_map_that_cannot_be_read_is_named(capsys, two_maps, tmp_path):
     assert f"{tmp_path / 'gone.yaml'}: No such file or directory" in line
 
 
-def test_a_run_is_replaced_whole(fresh_run, merged_run):
+def test_a_run_is_replaced_whole_but_for_foreign_files(fresh_run, merged_run):
     (fresh_run / "note.txt").touch()
     assert command("sense", merged_run, "--noise", 2, "--out", fresh_run) == 0
-    assert not (fresh_run / "note.txt").exists()
+    assert (fresh_run / "note.txt").exists()
     assert not (fresh_run / "merge.json").exists()
     assert [path for path in fresh_run.parent.iterdir() if path != fresh_run] == []
 
@@ -314,13 +314,13 @@ def test_two_copies_of_one_map_merge(capsys, two_maps, tmp_path):
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
     written = set(hashes(tmp_path / "merged"))
     assert written == {
-        *("merge.json", "merge.png", "transforms.yaml"),
+        *(".mapquilt-files.json", "merge.json", "merge.png", "transforms.yaml"),
         *(f"{name}.{suffix}" for name in ("merged", "conflicts") for suffix in ("pgm", "yaml")),
         *(f"inputs/{k}/{name}.{suffix}" for k, name in enumerate("ab") for suffix in ("pgm", "yaml")),
     }
     printed = capsys.readouterr().out
     assert "accepted" in printed
-    assert {name for name in written if not name.startswith("inputs/")} <= set(re.split(r"[\s,]+", printed))
+    assert {name for name in written if not name.startswith(("inputs/", "."))} <= set(re.split(r"[\s,]+", printed))
     assert "inputs/ (4 files" in printed
 
 
