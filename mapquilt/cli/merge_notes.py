@@ -12,7 +12,7 @@ from mapquilt.cli.tables import PLAIN_WIDTH
 from mapquilt.merging.merge_inputs import INPUTS
 from mapquilt.merging.transforms_file import pasted_transforms
 from mapquilt.runs import folder as run_folder
-from mapquilt.viz.refused_picture import pairs_to_show
+from mapquilt.viz.refused_picture import pairs_to_show, separate_pairs
 from merge.records.result import MergeResult
 from merge.records.verdict import Reason
 
@@ -54,18 +54,11 @@ def transform_notes(maps: MapSet, result: MergeResult) -> str:
 
 def advice(result: MergeResult, folder: Path | None) -> tuple[str, ...]:
     """Say what to try for maps that were not joined: once for each reason, and the picture to look at."""
-    apart = {name: number for number, group in enumerate(result.groups) for name in group.reference_from_map}
-    reasons = dict.fromkeys(
-        pair.reason for pair in result.pairs if pair.reason is not None and apart[pair.target] != apart[pair.source]
-    )
-    tips = [f"{_text(reason)}: {ADVICE[reason]}" for reason in reasons]
+    reasons = dict.fromkeys(pair.reason for pair in separate_pairs(result) if pair.reason is not None)
+    tips = [f"{reason.value.replace('_', ' ')}: {ADVICE[reason]}" for reason in reasons]
     if folder is not None and pairs_to_show(result):
         tips.append(f"see the candidates and the runners-up in {folder / run_folder.REFUSED_PICTURE}")
     return tuple(tips)
-
-
-def _text(reason: Reason) -> str:
-    return reason.value.replace("_", " ")
 
 
 def files_note(folder: Path | None, written: Sequence[Path]) -> str:

@@ -21,14 +21,15 @@ MOST_PAIRS = 6
 
 
 def pairs_to_show(result: MergeResult) -> tuple[PairResult, ...]:
-    """Return the refused pairs, of maps that were not joined, which have a candidate."""
-    group_of = {name: number for number, group in enumerate(result.groups) for name in group.reference_from_map}
-    apart = [
-        pair
-        for pair in result.pairs
-        if pair.target_from_source is not None and group_of[pair.target] != group_of[pair.source]
-    ]
-    return tuple(sorted(apart, key=lambda pair: -pair.confidence)[:MOST_PAIRS])
+    """Return the pairs of maps that were not joined which have a candidate, the most confident first."""
+    found = [pair for pair in separate_pairs(result) if pair.target_from_source is not None]
+    return tuple(sorted(found, key=lambda pair: -pair.confidence)[:MOST_PAIRS])
+
+
+def separate_pairs(result: MergeResult) -> list[PairResult]:
+    """List the pairs of maps that were not joined: those of two groups."""
+    group_of = {name: group.reference for group in result.groups for name in group.reference_from_map}
+    return [pair for pair in result.pairs if group_of[pair.target] != group_of[pair.source]]
 
 
 @default_style()

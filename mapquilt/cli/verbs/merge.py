@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -145,62 +145,111 @@ def merge(
                 f"{maps[0]}: is a data set, to which --add, --out, --debug, --unknown, --prior and --json do not apply"
             )
         return _merge_dataset(maps[0], settings, seed or 0, chosen_workers(workers, scheduler))
-    before: dict[str, Any] | None = None
-    answers: dict[tuple[str, str], PairResult] = {}
     if add:
-        folder: Path | None = _folder_to_extend(maps, add[0], out)
-        before, inputs = read_merge(maps[0]), added_inputs(maps[0], add, grey)
-        settings = chosen.over(settings_before(before, inputs.maps.resolutions_trusted))
-        seed = before["seed"] if seed is None else seed
-        answers = answers_before(maps[0], inputs.maps, settings, seed)
+        job = _extension(chosen, maps, add, out, grey=grey, seed=seed, force=force)
     else:
         inputs, folder = _merge_inputs(maps, out, grey)
-    seed = seed or 0
+        job = _Job(inputs, folder, settings, seed or 0)
     if debug is not None:
-        refuse_debug(debug, settings, maps)
-    warn(inputs.warnings)
+        refuse_debug(debug, job.settings, maps)
+    warn(job.inputs.warnings)
+    result, written = _run(job, pair_workers(len(job.inputs.maps), workers, scheduler))
+    if job.settings.method == METHOD:
+        warn(show_steps(job.inputs.maps, job.settings, debug))
+    if as_json:
+        typer.echo(json.dumps(merge_record(job.inputs, job.settings, job.seed, result), allow_nan=False))
+    else:
+        _print_result(job, result, written, alternatives)
+    _print_warnings(job, result, written)
+    return SOME_REFUSED if result.left_out or job.lost(result) else ALL_MERGED
 
-    def may_write(result: MergeResult) -> bool:
-        return force or before is None or not unmerged(before, result)
 
+@dataclass(frozen=True)
+class _Job:
+    """A merge to do; ``folder`` is that of the answer, None if nothing is to be written.
+
+    With --add, ``before`` is the record of the merge to extend, and ``answers`` are the pairs that it has already.
+    """
+
+    inputs: MergeInputs
+    folder: Path | None
+    settings: MergeSettings
+    seed: int
+    before: Mapping[str, Any] | None = None
+    answers: Mapping[tuple[str, str], PairResult] = field(default_factory=dict)
+    force: bool = False
+
+    def lost(self, result: MergeResult) -> tuple[tuple[str, str], ...]:
+        """List the pairs of maps that were merged before and no longer would be; none with --force."""
+        return () if self.force or self.before is None else unmerged(self.before, result)
+
+    def may_write(self, result: MergeResult) -> bool:
+        """Check that the result may replace the merge before."""
+        return not self.lost(result)
+
+
+def _extension(
+    chosen: _Chosen,
+    maps: list[Path],
+    add: Sequence[Path],
+    out: Path | None,
+    *,
+    grey: UnknownGrey,
+    seed: int | None,
+    force: bool,
+) -> _Job:
+    """Add maps to an older merge, with its settings and seed where the call names no others."""
+    folder = _folder_to_extend(maps, add[0], out)
+    before, inputs = read_merge(folder), added_inputs(folder, add, grey)
+    settings = chosen.over(settings_before(before, inputs.maps.resolutions_trusted))
+    seed = before["seed"] if seed is None else seed
+    return _Job(inputs, folder, settings, seed, before, answers_before(folder, inputs.maps, settings, seed), force)
+
+
+def _run(job: _Job, workers: Workers) -> tuple[MergeResult, tuple[Path, ...]]:
+    """Merge, and write the answer if there is a folder; return the result and the files written."""
+    inputs, folder = job.inputs, job.folder
     with (
-        remote_runner(pair_workers(len(inputs.maps), workers, scheduler)) as runner,
+        remote_runner(workers) as runner,
         pair_progress() as (on_progress, on_iteration),
         listening(on_iteration),
     ):
         if folder is not None and run_folder.is_run(folder):
-            result, written = merge_run(folder, settings, seed, on_progress, inputs, runner, answers, may_write)
-        else:
-            result, written = merge_maps(inputs.maps, settings, seed, on_progress, runner, answers), ()
-            if folder is not None and may_write(result):
-                written = write_merge(folder, inputs, settings, seed, result)
-    if settings.method == METHOD:
-        warn(show_steps(inputs.maps, settings, debug))
-    if as_json:
-        typer.echo(json.dumps(merge_record(inputs, settings, seed, result), allow_nan=False))
-    else:
-        print_table(merge_table(inputs.maps, result, alternatives))
-        for note in (transform_notes(inputs.maps, result), files_note(folder, written) if may_write(result) else ""):
-            if note:
-                typer.echo(f"\n{note}")
-    warn(doubled_walls(result, written=folder is not None))
-    if before is not None and before["reference"] != result.reference:
-        warn(
-            (f"the frame of the answer is now that of {result.reference}, and no longer that of {before['reference']}",)
-        )
+            return merge_run(
+                folder, job.settings, job.seed, on_progress, inputs, runner, job.answers, may_write=job.may_write
+            )
+        result = merge_maps(inputs.maps, job.settings, job.seed, on_progress, runner, job.answers)
+        if folder is None or not job.may_write(result):
+            return result, ()
+        return result, write_merge(folder, inputs, job.settings, job.seed, result)
+
+
+def _print_result(job: _Job, result: MergeResult, written: Sequence[Path], alternatives: bool) -> None:
+    """Print the table of pairs, the transforms to paste, and the files written."""
+    print_table(merge_table(job.inputs.maps, result, alternatives))
+    notes = [transform_notes(job.inputs.maps, result)]
+    if job.may_write(result):
+        notes.append(files_note(job.folder, written))
+    for note in filter(None, notes):
+        typer.echo(f"\n{note}")
+
+
+def _print_warnings(job: _Job, result: MergeResult, written: Sequence[Path]) -> None:
+    """Print on standard error what is doubtful, which maps were left out, and what to try."""
+    warn(doubled_walls(result, written=job.folder is not None))
+    if job.before is not None and job.before["reference"] != result.reference:
+        old = job.before["reference"]
+        warn((f"the frame of the answer is now that of {result.reference}, and no longer that of {old}",))
     for name, reason in result.left_out.items():
         typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
-    for tip in advice(result, folder if written else None):
+    for tip in advice(result, job.folder if written else None):
         typer.echo(f"mapquilt: try: {tip}", err=True)
-    if before is not None and not may_write(result):
-        first, second = unmerged(before, result)[0]
+    for first, second in job.lost(result)[:1]:
         typer.echo(
-            f"mapquilt: {folder}: was not changed, because {first} and {second} are merged there and no longer would "
-            "be; --force writes the new merge",
+            f"mapquilt: {job.folder}: was not changed, because {first} and {second} are merged there and no longer "
+            "would be; --force writes the new merge",
             err=True,
         )
-        return SOME_REFUSED
-    return SOME_REFUSED if result.left_out else ALL_MERGED
 
 
 def _merge_dataset(folder: Path, settings: MergeSettings, seed: int, workers: Workers) -> int:
