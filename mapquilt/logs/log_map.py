@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,22 @@ def draw_log(
         raise ValueError(f"{log.path}: {error}") from None
     on_scan(len(recorded.log.scans))
     return LogMap(log.name, log.path, recorded, settings, result, grid)
+
+
+def draw_logs(
+    logs: Sequence[NamedLog], settings: MappingSettings, on_progress: Callable[[int, int], None]
+) -> list[LogMap]:
+    """Draw the map of each log of a run; ``on_progress`` gets the scans done and all. Raises as ``draw_log``."""
+    total = sum(len(log.recorded.log.scans) for log in logs)
+    done, drawn = 0, []
+    for index, log in enumerate(logs):
+        drawn.append(draw_log(log, settings, partial(_on_scan, on_progress, done, total), index))
+        done += len(log.recorded.log.scans)
+    return drawn
+
+
+def _on_scan(on_progress: Callable[[int, int], None], before: int, total: int, done: int) -> None:
+    on_progress(before + done, total)
 
 
 def _filter(

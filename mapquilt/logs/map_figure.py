@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mapquilt.evaluation.trajectory_error import Spread
 from mapquilt.logs.log_map import LogMap
 
 
@@ -31,8 +32,4 @@ def _details(drawn: LogMap) -> str:
     duration = float(trajectory.stamps[-1] - trajectory.stamps[0])
     driven = f"{len(trajectory)} scans in {duration:.0f} s, {trajectory.distance():.0f} m driven"
     text, error = f"{driven}, poses: {drawn.poses}", drawn.error
-    return text if error is None else f"{text}; {_rms(error.position):.3f} m RMSE off the reference"
-
-
-def _rms(errors: Any) -> float:
-    return float((errors**2).mean() ** 0.5)
+    return text if error is None else f"{text}; {Spread.of(error.position).rmse:.3f} m RMSE off the reference"

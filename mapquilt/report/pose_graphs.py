@@ -8,18 +8,16 @@ from pathlib import Path
 from mapping.settings import LOG_ODDS, MappingSettings
 from mapquilt.json_file import read_record
 from mapquilt.logs.load_log import LogSource, load_log
-from mapquilt.logs.log_map import LogMap, draw_log
+from mapquilt.logs.log_map import LogMap, draw_logs
 from mapquilt.logs.map_figure import map_figure
 from mapquilt.report.content import Picture, own_picture
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.png import figure_png
 
-Progress = Callable[[int, int], None]
-
 SLAM = "slam"
 
 
-def pose_graphs(folder: Path, on_progress: Progress) -> list[Picture]:
+def pose_graphs(folder: Path, on_progress: Callable[[int, int], None]) -> list[Picture]:
     """Draw the pose graph of each robot, in the frame of its start; none if the run was not mapped by SLAM.
 
     A run holds no pose graphs, so its logs are mapped again with the settings of its record. Runs of
@@ -35,14 +33,8 @@ def pose_graphs(folder: Path, on_progress: Progress) -> list[Picture]:
     settings = MappingSettings(
         SLAM, record["resolution_m"], record["sensor_model"], record["clear_range_m"], mapper=LOG_ODDS
     )
-    logs = load_log(folder, LogSource())
-    total, done, pictures = sum(len(log.recorded.log.scans) for log in logs), 0, []
-    for index, log in enumerate(logs):
-        before = done
-        drawn = draw_log(log, settings, lambda scans, before=before: on_progress(before + scans, total), index)  # type: ignore[misc]
-        done += len(log.recorded.log.scans)
-        pictures.append(_picture(log.name, figure_png(map_figure(drawn)), _counts(drawn)))
-    return pictures
+    drawn = draw_logs(load_log(folder, LogSource()), settings, on_progress)
+    return [_picture(one.name, figure_png(map_figure(one)), _counts(one)) for one in drawn]
 
 
 def _counts(drawn: LogMap) -> str:

@@ -61,10 +61,7 @@ def sample_settings(
     seed: int,
 ) -> SampleSettings:
     """Combine the options, and then the changes by ``--set``. Raises ``ValueError`` naming the option and the value."""
-    for text in changes:
-        name, _ = split_assignment(ExperimentConfig(), "--set", text, COMBINED)
-        if name.partition(".")[0] not in SET_HERE:
-            raise ValueError(f"--set {text}: must name a setting of {', '.join(SET_HERE)}")
+    require_settings_of(SET_HERE, changes)
     config = ExperimentConfig(
         sensing=SensingSettings(noise),
         mapping=MappingSettings(poses or MappingSettings.poses, resolution, model, clear_range, mapper=mapper),
@@ -74,6 +71,14 @@ def sample_settings(
     sample = with_assignments(config, "--set", changes, COMBINED).sample(seed)
     require_no_poses(sample.mapping, poses)
     return sample
+
+
+def require_settings_of(steps: Sequence[str], changes: Sequence[str]) -> None:
+    """Raise ``ValueError`` naming the first ``--set`` whose setting belongs to none of the steps."""
+    for text in changes:
+        name, _ = split_assignment(ExperimentConfig(), "--set", text, COMBINED)
+        if name.partition(".")[0] not in steps:
+            raise ValueError(f"--set {text}: must name a setting of {', '.join(steps)}")
 
 
 def require_no_poses(mapping: MappingSettings, poses: str | None) -> None:

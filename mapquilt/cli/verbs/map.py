@@ -14,19 +14,25 @@ from mapping.settings import LOG_ODDS, MappingSettings
 from mapping.slam.settings import TRUE_POSES
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import path
-from mapquilt.cli.options.sensing import ClearRange, MapperOption, Model, Resolution, require_no_poses
+from mapquilt.cli.options.sensing import (
+    ClearRange,
+    MapperOption,
+    Model,
+    Resolution,
+    require_no_poses,
+    require_settings_of,
+)
 from mapquilt.cli.tables import print_table, warn
+from mapquilt.evaluation.trajectory_error import Spread
 from mapquilt.jobs.progress import count_progress, mapping_label
-from mapquilt.leaves import split_assignment, with_assignments
+from mapquilt.leaves import with_assignments
 from mapquilt.logs.load_log import LogSource, NamedLog, load_log
-from mapquilt.logs.log_map import LOG_POSES, REFERENCE, LogMap, cut_logs, draw_log
+from mapquilt.logs.log_map import LOG_POSES, REFERENCE, LogMap, cut_logs, draw_logs
 from mapquilt.logs.map_folder import refuse_map_folder, write_log_map, write_log_run
 from mapquilt.logs.reference_truth import reference_steps
 from mapquilt.runs.folder import spare_inputs
 from mapquilt.settings import COMBINED, ExperimentConfig
 from mapquilt.viz.text_table import plain_table
-
-SET_HERE = "mapping"
 
 
 def map_logs(
@@ -76,14 +82,22 @@ def map_logs(
 
     Example: mapquilt map floor.bag --out maps/floor
     """
-    settings = _settings(mapper, poses, resolution, model, clear_range, changes or ())
+    settings = _settings(
+        mapper=mapper,
+        poses=poses,
+        resolution=resolution,
+        model=model,
+        clear_range=clear_range,
+        changes=changes or (),
+    )
     source = LogSource(scan_topic, odom_topic, odometry, reference, start, end, max_rate)
     if len(logs) > 1 and not (odometry is None and reference is None):
         raise ValueError(f"--odometry and --reference: must go with one log, not with {len(logs)}")
     spare_inputs(out, [*logs, *(each for each in (odometry, reference) if each is not None)])
     refuse_map_folder(out, several=len(logs) > 1 or parts > 1)
     named = cut_logs(_load(logs, source), parts)
-    drawn = _draw(named, settings)
+    with count_progress(f"{mapping_label()}, scans") as on_progress:
+        drawn = draw_logs(named, settings, on_progress)
     if len(drawn) == 1:
         write_log_map(out, drawn[0])
     else:
@@ -95,14 +109,11 @@ def map_logs(
 
 
 def _settings(
-    mapper: str, poses: str | None, resolution: float, model: str, clear_range: float, changes: Sequence[str]
+    *, mapper: str, poses: str | None, resolution: float, model: str, clear_range: float, changes: Sequence[str]
 ) -> MappingSettings:
     if poses is not None and poses not in LOG_POSES:
         raise ValueError(f"--poses {poses}: must be one of {', '.join(LOG_POSES)}")
-    for text in changes:
-        name, _ = split_assignment(ExperimentConfig(), "--set", text, COMBINED)
-        if name.partition(".")[0] != SET_HERE:
-            raise ValueError(f"--set {text}: must name a setting of {SET_HERE}")
+    require_settings_of(("mapping",), changes)
     named = TRUE_POSES if poses == REFERENCE else poses or LOG_POSES[0]
     mapping = MappingSettings(named, resolution, model, clear_range, mapper=mapper)
     mapping = with_assignments(ExperimentConfig(mapping=mapping), "--set", changes, COMBINED).mapping
@@ -121,22 +132,13 @@ def _load(paths: Sequence[Path], source: LogSource) -> tuple[NamedLog, ...]:
     return tuple(logs)
 
 
-def _draw(logs: Sequence[NamedLog], settings: MappingSettings) -> list[LogMap]:
-    total = sum(len(log.recorded.log.scans) for log in logs)
-    before, drawn = 0, []
-    with count_progress(f"{mapping_label()}, scans") as on_progress:
-        for index, log in enumerate(logs):
-            drawn.append(draw_log(log, settings, lambda done, before=before: on_progress(before + done, total), index))  # type: ignore[misc]
-            before += len(log.recorded.log.scans)
-    return drawn
-
-
 def _table(out: Path, maps: Sequence[LogMap]) -> Table:
     """Tabulate each map's scans, path, pose graph and error."""
     numbers = ("scans", "s", "m driven", "keyframes", "loops", "RMSE m", "max m")
     table = plain_table(("map", False), *((name, True) for name in numbers))
     for one in maps:
-        stamps, error = one.recorded.log.odometry.stamps, one.error
+        stamps = one.recorded.log.odometry.stamps
+        error = None if one.error is None else Spread.of(one.error.position)
         table.add_row(
             one.name,
             str(len(stamps)),
@@ -144,8 +146,8 @@ def _table(out: Path, maps: Sequence[LogMap]) -> Table:
             f"{one.result.trajectory.distance():.1f}",
             str(one.result.keyframes.size or "-"),
             str(len(one.result.loops)) if one.result.edges else "-",
-            "-" if error is None else f"{float((error.position**2).mean() ** 0.5):.3f}",
-            "-" if error is None else f"{float(error.position.max()):.3f}",
+            "-" if error is None else f"{error.rmse:.3f}",
+            "-" if error is None else f"{error.max:.3f}",
         )
     table.caption = f"{out}: poses: {maps[0].poses}"
     return table
