@@ -16,8 +16,11 @@ from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.statistics import Interval, ratio_of_medians
 from merge.settings import PUBLISHED, MergeSettings
 
-REFERENCE = MergeSettings("orb", as_published=True).title
-"""The method whose time is the unit: plain ORB alone, without the common verification."""
+UNIT = "orb"
+"""The method whose time alone, without the common verification, is the unit."""
+
+REFERENCE = MergeSettings(UNIT, as_published=True).title
+"""The title of that method as it runs alone."""
 
 
 @dataclass(frozen=True)

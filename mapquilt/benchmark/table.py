@@ -7,7 +7,7 @@ from itertools import groupby
 
 from rich.table import Table
 
-from mapquilt.benchmark.results import BenchmarkResults, StratumResult, Timing
+from mapquilt.benchmark.results import UNIT, BenchmarkResults, StratumResult, Timing
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
 from mapquilt.viz.text_table import plain_table
@@ -15,7 +15,7 @@ from merge.settings import PUBLISHED
 
 COLUMNS = (
     *("stratum", "method", "ran", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),
-    "x orb alone",
+    f"x {UNIT} alone",
 )
 CALIBRATION_COLUMNS = ("method", "pairs", "Brier", "base rate", "ECE", "AUC", "NEES")
 

@@ -14,6 +14,7 @@ from mapping.io.safe_load import reading
 from mapping.io.shape import require_shape
 from mapping.map_set import MapSet
 from mapquilt.benchmark.pair import BenchmarkPair
+from mapquilt.benchmark.results import UNIT
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, evaluate_pair
 from mapquilt.evaluation.pair_rows import from_row, to_row
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
@@ -24,8 +25,6 @@ from merge.methods import published_names
 from merge.settings import MergeSettings
 
 TASKS_FILE = "tasks.json"
-UNIT = "orb"
-"""The method whose time alone is the unit."""
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,7 @@ def run_app(app: typer.Typer, arguments: list[str], name: str) -> int:
     """Run one command of an application and return its exit status. Errors end here, in one line on standard error."""
     status, message = _outcome(app, arguments, name)
     if message is not None:
-        from mapping.io.safe_load import printable  # here: it loads numba, and only errors need it
-
-        typer.echo(f"{name}: {printable(' '.join(message.split()))}", err=True)
+        typer.echo(f"{name}: {_printable(' '.join(message.split()))}", err=True)
     return status
 
 
@@ -67,12 +65,17 @@ def _check_names(arguments: list[str]) -> None:
         name = argument.encode(errors="backslashreplace").decode()
         if name != argument:
             raise ValueError(f"{name}: is not UTF-8, which names must be")
-        if argument.isprintable():
-            continue
-        from mapping.io.safe_load import printable
+        if _printable(argument) != argument:
+            raise ValueError(f"{_printable(argument)}: has a control character, which names must not have")
 
-        if printable(argument) != argument:
-            raise ValueError(f"{printable(argument)}: has a control character, which names must not have")
+
+def _printable(text: str) -> str:
+    """Escape control characters, as ``safe_load.printable`` does."""
+    if text.isprintable():
+        return text
+    from mapping.io.safe_load import printable  # here: it loads numba, which the help does not need
+
+    return printable(text)
 
 
 def _with_value(error: typer.TyperException) -> str:

@@ -17,7 +17,6 @@ from merge.records.result import MergeResult, PairResult
 PLAIN_WIDTH = 80
 """Columns if the output is not a terminal."""
 
-
 LEAST_CONTRADICTION = 0.03
 """Share of contradicting walls that is worth a note."""
 
@@ -100,10 +99,11 @@ def _note(pair: PairResult) -> tuple[str, ...]:
 def _contradiction(pair: PairResult) -> tuple[str, ...]:
     """Name the walls in the free space of the other map, if they are worth a note."""
     evidence = pair.evidence
-    if evidence is None or (evidence.local_violation or 0.0) < LEAST_CONTRADICTION:
+    violation = 0.0 if evidence is None else evidence.local_violation or 0.0
+    if evidence is None or violation < LEAST_CONTRADICTION:
         return ()
     pieces = f", {evidence.conflict_cells:.0f} cells of them in long pieces" if evidence.conflict_cells else ""
-    return (f"{100.0 * (evidence.local_violation or 0.0):.0f} % of the common walls lie in free space{pieces}",)
+    return (f"{100.0 * violation:.0f} % of the common walls lie in free space{pieces}",)
 
 
 def _place(

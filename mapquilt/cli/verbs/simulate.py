@@ -84,27 +84,27 @@ def simulate(
     """Simulate robots in a world; write their maps, their logs and the truth.
 
     Exit status 3 if --overlap was not reached; the nearest result is written.
+
     Example: mapquilt simulate office --robots 3 --out runs/office
     """
     spare_inputs(out, [Path(world), *(replay or ()), *([] if robots_file is None else [robots_file])])
     opened, warnings = open_world(world, seed, width, height, PlanOptions(plan_resolution, level, from_map))
     warn(warnings)
-    carried = lidar_at_rate(lidar, rate)
     mission, paths = parse_mission(
         MissionOptions(
-            robots,
-            duration,
-            carried,
-            starts,
-            start or (),
-            robots_file,
-            drive,
-            speed,
-            turn_rate,
-            policy,
-            goal or (),
-            replay or (),
-            overlap,
+            robots=robots,
+            duration=duration,
+            lidar=lidar_at_rate(lidar, rate),
+            starts=starts,
+            start=start or (),
+            robots_file=robots_file,
+            drive=drive,
+            speed=speed,
+            turn_rate=turn_rate,
+            policy=policy,
+            goal=goal or (),
+            replay=replay or (),
+            overlap=overlap,
         )
     )
     sample = sample_settings(
