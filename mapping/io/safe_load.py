@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import lzma
 import os
@@ -105,13 +104,6 @@ def require_file(path: Path, max_bytes: int) -> None:
         raise ValueError(f"{path}: the file has {found.st_size} bytes, must have 1 to {max_bytes}")
 
 
-def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a regular file, in hexadecimal. Raises as ``read_limited`` does."""
-    require_file(path, 2**63)
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def read_lines(path: Path) -> list[str]:
     """Read the lines of a text file of numbers; bytes that are not UTF-8 are replaced.
 
@@ -136,9 +128,9 @@ def json_value(data: bytes, place: str) -> Any:
     return _checked(value, place)
 
 
-def read_json_lines(path: Path, may_be_empty: bool = False) -> list[dict[str, Any]]:
+def read_json_lines(path: Path) -> list[dict[str, Any]]:
     """Read a file with one JSON record on each line. Raises ``ValueError`` as ``read_json`` does, naming the line."""
-    return json_lines(read_limited(path, MAX_BYTES, may_be_empty), str(path))
+    return json_lines(read_limited(path, MAX_BYTES), str(path))
 
 
 def json_lines(data: bytes, place: str) -> list[dict[str, Any]]:

@@ -132,6 +132,7 @@ def _tables(samples: Sequence[dict[str, Any]]) -> list[tuple[str, list[tuple[str
 
 
 def natural_order(name: str) -> tuple[float, str]:
+    """Return the key that sorts names by the number that they begin with, and then as texts."""
     head = name.split(" ")[0]
     return (float(head) if head.replace(".", "", 1).isdigit() else 0.0, name)
 

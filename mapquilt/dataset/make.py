@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
-from mapping.io.safe_load import file_digest
 from mapping.io.transaction import LEDGER_FILE, atomic_folder
 from mapquilt.dataset.card import CARD_FILE, FIGURE_FILE, write_card
 from mapquilt.dataset.carried_plans import CarriedPlans
@@ -23,12 +22,13 @@ from mapquilt.dataset.manifest import (
     SPEC_FILE,
     Manifest,
     Record,
+    is_dataset,
     lines_bytes,
     manifest_bytes,
     read_manifest,
 )
 from mapquilt.dataset.plan import DatasetPlan, MissionPlan, plan_dataset
-from mapquilt.dataset.seal import SEAL_FILE, seal_bytes
+from mapquilt.dataset.seal import SEAL_FILE, file_problem, seal_bytes
 from mapquilt.dataset.spec import LICENCE
 from mapquilt.jobs.code_version import code_version
 from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
@@ -62,7 +62,7 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
             (out / path).parent.mkdir(exist_ok=True)
             write_bytes_atomically(out / path, data)
         journal = Journal[MissionPlan](out / JOURNAL_FILE, lambda mission: str(mission.index))
-        if (out / MANIFEST_FILE).exists():
+        if is_dataset(out):
             manifest = read_manifest(out)
             _check_files(out, (*manifest.missions, *manifest.samples))
             journal.remove()
@@ -102,7 +102,7 @@ def _is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
     found = [(record["kind"], record.get(record["kind"])) for record in records]
     if found != [("mission", mission.name), *made] and (found or made):
         return False
-    return all(path.is_file() and file_digest(path) == digest for path, digest in _files(out, records).items())
+    return all(file_problem(path, digest) is None for path, digest in _files(out, records).items())
 
 
 def _files(out: Path, records: Sequence[Record]) -> dict[Path, str]:

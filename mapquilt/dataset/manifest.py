@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mapping.io.safe_load import MAX_BYTES, json_value, read_limited
+from mapping.io.safe_load import read_json_lines
 from mapquilt.dataset.seal import file_problem, read_seal
 from mapquilt.json_file import check_record, present_record
 
@@ -73,15 +73,9 @@ def parse_manifest(folder: Path) -> Manifest:
     path = folder / MANIFEST_FILE
     if not path.exists():
         raise ValueError(f"{path}: no such file; is {folder} a finished data set?")
-    records = []
-    for number, line in enumerate(read_limited(path, MAX_BYTES).splitlines(), start=1):
-        record = json_value(line, f"{path}: line {number}")
-        if not isinstance(record, dict):
-            raise ValueError(f"{path}: line {number}: is not a record")
-        records.append(record)
-    if records:
-        records = [present_record(record, records[0].get("schema")) for record in records]
-    if not records or records[0].get("schema") != SCHEMA:
+    records = read_json_lines(path)
+    records = [present_record(record, records[0].get("schema")) for record in records]
+    if records[0].get("schema") != SCHEMA:
         raise ValueError(f"{path}: is not a manifest of schema {SCHEMA}")
     for number, record in enumerate(records, start=1):
         check_record(Path(f"{path}: line {number}"), "manifest", record)

@@ -40,7 +40,8 @@ def read_seal(folder: Path) -> dict[str, str]:
 
 
 def file_problem(path: Path, digest: str) -> str | None:
-    """Compare a file with its digest: None if they agree."""
+    """Compare a file with its SHA-256: None if they agree."""
     if not path.is_file():
         return "is missing"
-    return None if hashlib.sha256(path.read_bytes()).hexdigest() == digest else "has changed"
+    with path.open("rb") as file:
+        return None if hashlib.file_digest(file, "sha256").hexdigest() == digest else "has changed"

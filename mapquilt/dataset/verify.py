@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from mapping.io.safe_load import MAX_BYTES, json_value, read_limited
+from mapping.io.safe_load import read_json_lines
 from mapquilt.dataset.card import CARD_FILE, FIGURE_FILE
 from mapquilt.dataset.carried_plans import PLANS_FOLDER
 from mapquilt.dataset.manifest import (
@@ -73,10 +73,7 @@ def _unplanned(folder: Path, manifest: Manifest) -> list[str]:
     """Compare the samples and splits of a manifest with its specification."""
     spec, failures = load_spec(str(folder / SPEC_FILE)), folder / FAILURES_FILE
     failed = []
-    for number, line in enumerate(
-        read_limited(failures, MAX_BYTES).splitlines() if failures.is_file() else [], start=1
-    ):
-        record = json_value(line, f"{failures}: line {number}")
+    for number, record in enumerate(read_json_lines(failures) if failures.is_file() else [], start=1):
         check_record(Path(f"{failures}: line {number}"), "failures", record)
         failed.append(record["sample"])
     made = [record["sample"] for record in manifest.samples]

@@ -191,7 +191,8 @@ class Journal(Generic[Task]):
         for fault in faults.values():
             if not isinstance(fault, WorkerDeathError | MemoryError):
                 raise fault
-        for name, fault in faults.items():
+        if faults:
+            name, fault = next(iter(faults.items()))
             raise UnfinishedError(
                 f"{self.path.parent}: is unfinished: {len(faults)} of {len(tasks)} tasks were not done, the first is "
                 f"{name}: {str(fault) or 'memory was too short'}; the same command tries again"

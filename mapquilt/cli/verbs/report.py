@@ -13,7 +13,7 @@ from mapping.io.atomic import write_bytes_atomically
 from mapping.io.transaction import change_files, finish_transaction
 from mapquilt.benchmark.files import SUMMARY_FILE
 from mapquilt.cli.tables import print_table
-from mapquilt.dataset.manifest import MANIFEST_FILE
+from mapquilt.dataset.manifest import is_dataset
 from mapquilt.jobs.progress import count_progress, mapping_label
 from mapquilt.report.content import Content
 from mapquilt.runs.folder import is_run
@@ -66,7 +66,7 @@ def read_content(folder: Path, on_scans: Callable[[int, int], None] = lambda don
 
         content = run_content(folder)
         return dataclasses.replace(content, pictures=[*content.pictures, *pose_graphs(folder, on_scans)])
-    if (folder / MANIFEST_FILE).is_file():
+    if is_dataset(folder):
         from mapquilt.report.of_dataset import dataset_content
 
         return dataset_content(folder)

@@ -106,6 +106,7 @@ def test_a_truncated_journal_and_lost_samples_end_the_same(tiny, spec_file, tmp_
         (out / "manifest.jsonl").unlink()
         (out / ".journal.jsonl").write_bytes(journal[:cut])
         shutil.rmtree(out / "samples/000002")
+        (out / "samples/000003/maps.json").write_bytes(b"")
         (out / "samples/000004/maps.json").write_text("{}")
         (out / "samples/.000005.0.part").mkdir()
         assert command("dataset", "make", spec_file, "--out", out) == 0
