@@ -18,7 +18,6 @@ import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 from mapping.io.atomic import (
     LOCK_FILE,
@@ -29,12 +28,12 @@ from mapping.io.atomic import (
     temporary_name,
     write_bytes_atomically,
 )
+from mapping.io.safe_load import read_json
+from mapping.io.shape import require_shape
 
 COMMIT = ".mapquilt-commit"
 LEDGER_FILE = ".mapquilt-files.json"
 _JOURNAL_FILE, _NEW_FILES = "journal.json", "files"
-_MAX_BYTES = 2**26
-"""Maximum size of a journal or a list of files: of a million of them."""
 
 
 def write_files_atomically(files: Mapping[Path, bytes]) -> None:
@@ -128,7 +127,7 @@ def written_files(folder: Path) -> frozenset[str]:
     Raises ``ValueError`` naming the list if it is damaged.
     """
     path = folder / LEDGER_FILE
-    return frozenset(_names(_read(path), path, "files")) if path.exists() else frozenset()
+    return _names(path, "files")[0] if os.path.lexists(path) else frozenset()
 
 
 def finish_transaction(folder: Path) -> None:
@@ -166,15 +165,14 @@ def _commit(folder: Path, aside: Path, names: Iterable[str], deleted: Iterable[s
 def _move_into_place(folder: Path) -> None:
     """Do what a journal says. Every step can be repeated, so that a kill between two of them does no harm."""
     commit = folder / COMMIT
-    path = commit / _JOURNAL_FILE
-    journal = _read(path)
-    for name in _names(journal, path, "write"):
+    written, deleted = _names(commit / _JOURNAL_FILE, "write", "delete")
+    for name in sorted(written):
         source = _checked_place(commit, f"{_NEW_FILES}/{name}")
         if source.is_file():
             place = _checked_place(folder, name)
             place.parent.mkdir(parents=True, exist_ok=True)
             source.replace(place)
-    for name in _names(journal, path, "delete"):
+    for name in sorted(deleted):
         _delete(folder, name)
     done = temporary_name(folder / "mapquilt")
     commit.rename(done)
@@ -239,17 +237,13 @@ def _ledger_bytes(names: Iterable[str]) -> bytes:
     return (json.dumps({"files": sorted(names)}, indent=1) + "\n").encode()
 
 
-def _read(path: Path) -> Any:
-    try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with os.fdopen(descriptor, "rb") as file:
-            return json.loads(file.read(_MAX_BYTES).decode())
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: is damaged ({' '.join(str(error).split())[:100]}); delete it") from None
+def _names(path: Path, *keys: str) -> list[frozenset[str]]:
+    """Read lists of file names from a journal or a list of written files, which must be no link.
 
-
-def _names(record: Any, path: Path, key: str) -> list[str]:
-    names = record.get(key) if isinstance(record, dict) else None
-    if not isinstance(names, list) or not all(isinstance(name, str) and "\0" not in name for name in names):
-        raise ValueError(f"{path}: {key} is not a list of file names; delete it")
-    return names
+    Raises ``ValueError`` that names the file if it is damaged.
+    """
+    if path.is_symlink():
+        raise ValueError(f"{path}: is a link, not a file of mapquilt; delete it")
+    record = read_json(path)
+    require_shape(record, {key: [str] for key in keys}, str(path))
+    return [frozenset(record[key]) for key in keys]
