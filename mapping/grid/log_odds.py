@@ -12,7 +12,7 @@ from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import SMALLEST_MISS, OccupancyGrid
 from mapping.grid.sensor_model import OCTOMAP, CountingModel, LogOddsModel, SensorModel, logit
-from mapping.grid.traversal import SKIP, beam_ends, draw_scan
+from mapping.grid.traversal import SKIP, beam_ends, draw_scan, scan_extent
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
@@ -73,7 +73,7 @@ class LogOddsMapper:
         if (kinds == SKIP).all():
             return
         start = np.array([map_from_lidar.x, map_from_lidar.y]) / self.resolution
-        self._grow(np.minimum(ends.min(axis=0), start), np.maximum(ends.max(axis=0), start))
+        self._grow(*scan_extent(start, ends).astype(np.int64))
         row, col = self._first_cell
         ends -= (col, row)
         self._scans += 1
@@ -102,10 +102,9 @@ class LogOddsMapper:
         hit, miss, low, high = (np.float32(step) for step in steps)
         return hit, miss, low, high
 
-    def _grow(self, lowest: NDArray[np.float64], highest: NDArray[np.float64]) -> None:
-        """Make room for points, x and y in cells from the map's origin."""
-        low = np.floor(lowest[::-1]).astype(np.int64)
-        high = np.floor(highest[::-1]).astype(np.int64) + 1
+    def _grow(self, lowest: NDArray[np.int64], highest: NDArray[np.int64]) -> None:
+        """Make room up to these cells, x and y from the map's origin."""
+        low, high = lowest[::-1], highest[::-1] + 1
         first, last = self._first_cell, self._first_cell + self._total.shape
         if self._scans == 0:
             first, last = low, high

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 SKIP, MISS, HIT = 0, 1, 2
 """Kind of a beam: measured nothing; free along its way; free along its way and a hit at its end."""
 
+ROUNDING = 1e-6
+"""More than a coordinate in cells changes when the raster's corner is subtracted [cells]."""
+
 
 @njit(cache=True)
 def beam_ends(
@@ -47,6 +50,17 @@ def beam_ends(
         ends[k, 0] = (x + length * math.cos(angle)) / resolution
         ends[k, 1] = (y + length * math.sin(angle)) / resolution
     return ends, kinds
+
+
+def scan_extent(start: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the first and the last cell of a raster that holds beams from ``start`` (2,) to ``ends`` (B, 2), in cells:
+    (2, 2), rows of x, y, whole numbers.
+
+    A coordinate just below a whole number is rounded up to it when the raster's corner is subtracted; the last cell
+    allows for that.
+    """
+    low, high = np.minimum(ends.min(axis=0), start), np.maximum(ends.max(axis=0), start)
+    return np.floor((low, high + ROUNDING))
 
 
 def draw_scan(

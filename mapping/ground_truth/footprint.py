@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mapping.grid.frame import GridFrame, require_area
 from mapping.grid.occupancy_grid import OccupancyGrid
-from mapping.grid.traversal import SKIP, beam_ends, draw_scan
+from mapping.grid.traversal import SKIP, beam_ends, draw_scan, scan_extent
 from mapping.robot.robot_log import RobotTruth
 
 TRUE_RESOLUTION = 0.05
@@ -31,8 +31,8 @@ def observed(truth: RobotTruth, world: GridFrame, clear_range: float = 0.0) -> N
             scans.append((np.array([pose.x, pose.y]) / world.resolution, ends, kinds))
     if not scans:
         raise ValueError("observed: no beam measured anything, so there is no footprint")
-    low = np.floor(np.min([np.minimum(start, ends.min(axis=0)) for start, ends, _ in scans], axis=0))
-    high = np.floor(np.max([np.maximum(start, ends.max(axis=0)) for start, ends, _ in scans], axis=0))
+    extents = np.array([scan_extent(start, ends) for start, ends, _ in scans])
+    low, high = extents[:, 0].min(axis=0), extents[:, 1].max(axis=0)
     require_area("observed", low * world.resolution, high * world.resolution, world.resolution)
     cols, rows = (high - low + 1).astype(np.int64).tolist()
     log_odds, touched = np.zeros((rows, cols), np.float32), np.zeros((rows, cols), np.int32)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mapping.geometry.se2 import SE2
 from mapping.grid.log_odds import MAX_CELLS
-from mapping.grid.traversal import HIT, SKIP, beam_ends, draw_scan
+from mapping.grid.traversal import HIT, SKIP, beam_ends, draw_scan, scan_extent
 from mapping.robot.scan import LidarScan
 
 TILE = 32
@@ -89,8 +89,7 @@ class TiledMaps:
         if (kinds == SKIP).all():
             return
         start = np.array([map_from_lidar.x, map_from_lidar.y]) / self.resolution
-        corners = np.stack((np.minimum(ends.min(axis=0), start), np.maximum(ends.max(axis=0), start)))
-        low, high = np.floor(corners[:, ::-1] / TILE).astype(np.int64)
+        low, high = scan_extent(start, ends)[:, ::-1].astype(np.int64) // TILE
         self._cover(low, high)
         shape = (high - low + 1) * TILE
         first = low * TILE

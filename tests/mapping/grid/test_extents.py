@@ -7,8 +7,10 @@ import pytest
 
 from mapping.geometry.se2 import SE2
 from mapping.grid.frame import GridFrame, require_area
+from mapping.grid.log_odds import LogOddsMapper
 from mapping.grid.traversal import HIT, draw_scan
 from mapping.ground_truth.footprint import observed
+from mapping.particle.tiles import TiledMaps
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
@@ -52,6 +54,19 @@ def test_arrays_of_unlike_shapes_are_refused():
 
 def test_a_beam_to_the_last_cell_is_drawn():
     assert draw((0.0, 0.0), (5.999, 3.999))[3, 5] == 1.0
+
+
+def test_a_lidar_a_hair_below_a_border_of_cells_is_mapped():
+    """-1e-17 m lies in cell -1, but 40 cells further it is rounded to the border."""
+    scan = LidarScan(0.0, math.pi, 1.0, 0.1, 9.0, np.array([2.0], np.float32))
+    pose = SE2(-1e-17, 0.02)
+    mapper = LogOddsMapper(0.05)
+    mapper.integrate(scan, pose)
+    assert mapper.grid().occupied.sum() == 1
+    maps = TiledMaps(1, 0.05)
+    maps.integrate(0, scan, pose, 0.0)
+    seen = RobotTruth([scan], Trajectory([0.0], [[*(-1e-17, 0.02), 0.0]]), np.zeros((1, 1), bool), SE2())
+    assert observed(seen, GridFrame(0.05, SE2(-5.0, -5.0), (200, 200))).any()
 
 
 def truth(reach, mounting):
