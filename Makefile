@@ -157,7 +157,7 @@ help:
 	@echo 'make docs      build the site in build/site'
 	@echo 'make release-check      build the wheel and try it on Python 3.11, 3.12 and 3.13'
 	@echo 'make bench     measure the cost of each step'
-	@echo 'make crash     kill every verb that writes, 500 times, and check what is left'
+	@echo 'make crash     kill every verb that writes at each change of the disk, and check what is left'
 	@echo 'make install   only set up .venv (every verb above does, when needed)'
 	@echo 'make lock      pin the newest allowed versions in requirements.lock'
 	@echo 'make clean     remove .venv and caches; runs/ stays'
