@@ -121,6 +121,14 @@ def _place(aside: Path, final: Path, ledger: bool, stale: Collection[str]) -> No
     _commit(final, aside.parent, names, (written_files(final) | {LEDGER_FILE, *stale}) - names)
 
 
+def refuse_links(folder: Path, place: Path) -> None:
+    """Raise ``ValueError`` if a place in a folder is a link or lies behind one, so that writing it leaves the folder.
+
+    Links above the folder are the user's choice.
+    """
+    _checked_place(folder, (place / "file").relative_to(folder).as_posix())
+
+
 def written_files(folder: Path) -> frozenset[str]:
     """Return the relative paths of the files that were written into a folder, as its list says; empty without one.
 

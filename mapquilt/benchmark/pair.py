@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.pixel_matrix import similarity_from_pixels
 from mapping.io.map_file import load_map, require_known
 from mapping.map_set import MapSet
+from mapquilt.dataset.loader import check_files
 from mapquilt.evaluation.evaluated_pair import GroundTruth, PairInfo
 
 
 @dataclass(frozen=True)
 class BenchmarkPair:
-    """Two map files with their truth. ``in_pixels``: the true transform maps pixels, y down, and not metres."""
+    """Two map files with their truth. ``in_pixels``: the true transform maps pixels, y down, and not metres;
+    ``digests``: hashes of the files that a data set's manifest states."""
 
     info: PairInfo
     target_file: Path
@@ -23,9 +26,12 @@ class BenchmarkPair:
     truth: GroundTruth
     in_pixels: bool = False
     resolutions_trusted: bool = True
+    digests: Mapping[Path, str] = field(default_factory=dict, repr=False)
 
     def maps(self) -> MapSet:
-        """Load the two maps for the merger. Raises ``ValueError`` or ``OSError`` naming the file."""
+        """Load the two maps for the merger. Raises ``ValueError`` or ``OSError`` naming the file, also if it is not as
+        the data set was made."""
+        check_files(self.digests)
         loaded = [require_known(load_map(path)) for path in (self.target_file, self.source_file)]
         return MapSet(
             ("target", "source"),

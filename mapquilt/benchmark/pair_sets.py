@@ -113,6 +113,7 @@ def _dataset_pair(suite: str, pair: DatasetPair) -> BenchmarkPair:
             target_scale=pair.target_scale,
         ),
         resolutions_trusted=pair.resolutions_trusted,
+        digests=pair.digests,
     )
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.table import Table
 
+from mapping.io.transaction import refuse_links
 from mapquilt.dataset.card import OVERLAP_BOUNDS, overlap_stratum
-from mapquilt.dataset.loader import load_dataset
+from mapquilt.dataset.loader import check_files, load_dataset
 from mapquilt.evaluation.aggregation import outcome_counts
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.jobs.runner import Progress, Runner, no_progress
@@ -22,9 +24,10 @@ from merge.settings import MergeSettings
 
 @dataclass(frozen=True)
 class MergeTask:
-    """Name a sample's folder and how it is merged."""
+    """Name a sample's folder, its files with their hashes, and how it is merged."""
 
     folder: Path
+    digests: Mapping[Path, str]
     settings: MergeSettings
     seed: int
 
@@ -34,16 +37,20 @@ def merge_samples(
 ) -> dict[str, tuple[str, ...]]:
     """Merge the maps of each sample in its own folder, and return the maps that were left out, by sample.
 
-    An older merge is replaced. Workers of a cluster must see the folder. Raises the first error of a sample.
+    An older merge is replaced. Workers of a cluster must see the folder. Raises the first error of a sample, such as
+    ``ValueError`` if a file of it is not as it was made, or lies behind a link.
     """
-    samples = load_dataset(folder).samples
-    tasks = [MergeTask(sample.folder.resolve(), settings, seed) for sample in samples]
+    samples = load_dataset(folder.resolve()).samples
+    for sample in samples:
+        refuse_links(folder.resolve(), sample.folder)
+    tasks = [MergeTask(sample.folder, sample.digests(), settings, seed) for sample in samples]
     left_out = runner.run(merge_sample, tasks, on_progress)
     return {sample.name: names for sample, names in zip(samples, left_out, strict=True)}
 
 
 def merge_sample(task: MergeTask) -> tuple[str, ...]:
     """Merge one sample in place, and return the maps that were left out."""
+    check_files(task.digests)
     result, _ = merge_run(task.folder, task.settings, task.seed)
     return tuple(result.left_out)
 
@@ -53,12 +60,14 @@ def score_samples(
 ) -> list[tuple[str, tuple[EvaluatedPair, ...]]]:
     """Score each sample that is merged, write its score, and return its split and its pairs of different robots.
 
-    Raises ``ValueError`` if no sample is merged.
+    Raises ``ValueError`` if no sample is merged, or a file of one is not as it was made or lies behind a link.
     """
     samples = [sample for sample in load_dataset(folder).samples if (sample.folder / MERGE_FILE).is_file()]
     if not samples:
         raise ValueError(f"{folder}: no sample is merged; run mapquilt merge {folder}")
-    scores = runner.run(score_sample, [sample.folder for sample in samples], on_progress)
+    for sample in samples:
+        refuse_links(folder, sample.folder)
+    scores = runner.run(score_sample, [(sample.folder, sample.digests()) for sample in samples], on_progress)
     asked = [{(pair["target"], pair["source"]) for pair in sample.record["pairs"]} for sample in samples]
     return [
         (sample.split, tuple(one for one in pairs if _is_asked(one, names)))
@@ -66,8 +75,10 @@ def score_samples(
     ]
 
 
-def score_sample(folder: Path) -> tuple[EvaluatedPair, ...]:
-    """Score one sample in place, and return its pairs."""
+def score_sample(task: tuple[Path, Mapping[Path, str]]) -> tuple[EvaluatedPair, ...]:
+    """Check the files of one sample by their hashes, score it in place, and return its pairs."""
+    folder, digests = task
+    check_files(digests)
     return score_run(folder).pairs
 
 

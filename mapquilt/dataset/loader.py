@@ -37,22 +37,23 @@ class DatasetSample:
 
     def maps(self) -> MapSet:
         """Load the maps. Raises ``ValueError`` if a file is not as it was made."""
-        self._check(run_folder.MAPS_FILE, *(f"{one['name']}/" for one in self.record["maps"]))
+        check_files(self.digests(run_folder.MAPS_FILE, *(f"{one['name']}/" for one in self.record["maps"])))
         return run_folder.load_maps(self.folder)
 
     def truth(self) -> RunTruth:
         """Load the true transforms. Raises ``ValueError`` if the file is not as it was made."""
-        self._check(run_folder.TRUTH_FILE)
+        check_files(self.digests(run_folder.TRUTH_FILE))
         return load_truth(self.folder / run_folder.TRUTH_FILE)
 
     def log(self, name: str) -> RobotLog:
         """Load the log of a map's robot. Raises ``ValueError`` if the file is not as it was made."""
-        self._check(f"{name}/")
+        check_files(self.digests(f"{name}/"))
         return run_folder.load_log(self.folder, name)
 
-    def _check(self, *prefixes: str) -> None:
+    def digests(self, *prefixes: str) -> dict[Path, str]:
+        """Return the hash of each file of the sample, or of those whose path begins with one of ``prefixes``."""
         files = self.record["files"]
-        check_files({self.folder / path: files[path] for path in files if path.startswith(prefixes)})
+        return {self.folder / path: files[path] for path in files if path.startswith(prefixes or "")}
 
 
 def check_files(digests: Mapping[Path, str]) -> None:

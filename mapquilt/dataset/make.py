@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
-from mapping.io.transaction import LEDGER_FILE, atomic_folder
+from mapping.io.transaction import LEDGER_FILE, atomic_folder, refuse_links
 from mapquilt.dataset.card import CARD_FILE, FIGURE_FILE, write_card
 from mapquilt.dataset.carried_plans import CarriedPlans
 from mapquilt.dataset.group import Group, Made, make_group
@@ -59,6 +59,7 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
     plan = plan_dataset(carried.spec, carried.worlds)
     with job_folder(out, "data set of mapquilt", SPEC_FILE, carried.spec.model_dump_json(indent=2) + "\n"):
         for path, data in carried.files.items():
+            refuse_links(out, (out / path).parent)
             (out / path).parent.mkdir(exist_ok=True)
             write_bytes_atomically(out / path, data)
         journal = Journal[MissionPlan](out / JOURNAL_FILE, lambda mission: str(mission.index))
@@ -72,7 +73,7 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
             make_group,
             plan.missions,
             lambda mission, result: _keep(out, mission, result),
-            lambda mission, entry: _is_whole(out, mission, entry),
+            lambda mission, entry: is_whole(out, mission, entry),
             lambda entries: on_progress(*_counts(entries)),
         )
         return _finish(carried, plan, out, journal, entries)
@@ -84,7 +85,7 @@ def _counts(entries: Sequence[Entry]) -> tuple[int, int]:
     return sum(record["kind"] == "sample" for record in records), sum(len(entry["failures"]) for entry in entries)
 
 
-def _is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
+def is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:
     """Check that an entry tells of every planned sample of a mission, and that all its files are as they were made.
 
     Raises ``ValueError`` naming the journal and the field if the entry is not one of a data set.
@@ -130,6 +131,7 @@ def _keep(out: Path, mission: MissionPlan, result: Group | BaseException) -> Ent
     records = []
     for made in (result.mission, *result.samples.values()):
         if made.record is not None:
+            refuse_links(out, _folder(out, made.record))
             _write_folder(_folder(out, made.record), made.files)
             records.append(made.record)
     failures = [

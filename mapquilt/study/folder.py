@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
-from mapping.io.transaction import atomic_folder, write_files_atomically
+from mapping.io.transaction import atomic_folder, refuse_links, write_files_atomically
 from mapquilt.jobs.journal import Entry, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record, to_text
@@ -62,6 +62,7 @@ def _plan_record(plan: StudyPlan) -> dict[str, Any]:
 def _kept(out: Path, task: MissionTask, result: MissionTrials | BaseException) -> MissionTrials:
     if isinstance(result, BaseException):
         return MissionTrials(failures=[Failure(task.name, None, str(result))])
+    refuse_links(out, out / MAPS_FOLDER / task.name)
     with atomic_folder(out / MAPS_FOLDER / task.name) as aside:
         for path, data in result.files.items():
             file = aside / Path(path).relative_to(task.name)

@@ -167,3 +167,99 @@ def test_a_list_of_files_names_nothing_outside(fresh_run: Path, victim: Path) ->
     outside = snapshot(victim)
     assert command(*SIMULATE, "--out", fresh_run) == 0
     assert snapshot(victim) == outside
+
+
+SPEC = """
+name: tiny
+seed: 1
+missions: [{world: house, count: 1, robots: 2, duration: 3}]
+samples: {per_mission: 1, poses: [odometry]}
+splits: {test: 1.0}
+"""
+STUDY = ("--vary", "noise=0,1", "--set", "robots=2", "--set", "duration=3", "--method", "orb", "--missions", 1)
+
+
+@pytest.fixture
+def jobs(tmp_path: Path) -> dict[str, tuple[object, ...]]:
+    """The commands that continue an unfinished job, each for the folder ``out``."""
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    return {
+        "spec.json": ("dataset", "make", tmp_path / "spec.yaml", "--out", tmp_path / "out", "--workers", 1),
+        "plan.json": ("study", *STUDY, "--out", tmp_path / "out", "--workers", 1),
+    }
+
+
+@pytest.mark.parametrize("mark", ["spec.json", "plan.json"])
+def test_jobs_keep_what_lies_in_their_folder(jobs, tmp_path: Path, victim: Path, mark: str) -> None:
+    out = tmp_path / "out"
+    outside = snapshot(victim)
+    theirs = settle(out, victim)
+    assert command(*jobs[mark]) == 2  # not empty, and not its own
+    assert (snapshot(out), snapshot(victim)) == (theirs | snapshot(out), outside)
+    shutil.rmtree(out)
+    assert command(*jobs[mark]) == 0
+    assert (out / mark).is_file()
+    theirs = settle(out, victim)
+    for verb in (jobs[mark], ("report", out), *([("merge", out, "--workers", 1)] if mark == "spec.json" else [])):
+        assert command(*verb) in (0, 1), verb
+        now = snapshot(out)
+        assert {name: now.get(name) for name in theirs} == theirs, verb
+        assert snapshot(victim) == outside
+    if mark == "spec.json":
+        before = snapshot(out)
+        assert command("dataset", "verify", out, "--repair") == 1  # it names what is in no record
+        assert snapshot(out) == before
+
+
+@pytest.mark.parametrize("place", ["samples/000000", "samples", "missions"])
+def test_jobs_write_nothing_through_a_link(jobs, tmp_path: Path, victim: Path, place: str) -> None:
+    """A link in the place of a folder, when an interrupted job continues."""
+    out, outside = tmp_path / "out", snapshot(victim)
+    out.mkdir()
+    assert command(*jobs["spec.json"]) == 0
+    if place != "missions":
+        shutil.copytree(out, whole := tmp_path / "whole")
+        shutil.rmtree(whole / place)
+        shutil.copytree(out / place, victim / "copy")
+        (whole / place).symlink_to(victim / "copy")
+        copied = snapshot(victim)
+        assert command("merge", whole) == 2
+        assert snapshot(victim) == copied
+        shutil.rmtree(victim / "copy")
+    (out / "manifest.jsonl").unlink()
+    shutil.rmtree(out / place)
+    (out / place).symlink_to(victim)
+    assert command(*jobs["spec.json"]) == 2
+    assert command("dataset", "verify", out, "--repair") == 2
+    assert snapshot(victim) == outside
+
+
+def test_other_verbs_that_write_a_folder(fresh_run: Path, tmp_path: Path, victim: Path) -> None:
+    out, log = tmp_path / "out", fresh_run / "robot_0/log.npz"
+    for verb in (
+        ("slam-eval", fresh_run, "--robot", "robot_0", "--reference", fresh_run, "--out", out),
+        ("map", log, "--out", out),
+    ):
+        assert command(*verb) == 0
+        outside, theirs = snapshot(victim), settle(out, victim)
+        assert command(*verb) == 0
+        now = snapshot(out)
+        assert {name: now.get(name) for name in theirs} == theirs, verb
+        assert snapshot(victim) == outside
+        shutil.rmtree(out)
+        settle(out, victim)
+        theirs = snapshot(out)
+        assert command(*verb) == 2
+        assert snapshot(out) == theirs
+        shutil.rmtree(out)
+
+
+def test_a_world_replaces_one_file(tmp_path: Path, victim: Path) -> None:
+    out = tmp_path / "out"
+    theirs, outside = settle(out, victim), snapshot(victim)
+    for verb in (("make", "house", "--out", out / "house.json"), ("show", "house", "--out", out / "house.png")):
+        assert command("worlds", *verb) == 0
+        assert {name: snapshot(out).get(name) for name in theirs} == theirs
+    assert set(snapshot(out)) == {*theirs, "house.json", "house.png"}
+    assert command("worlds", "make", "house", "--out", out / "victim") == 2  # a link to a folder
+    assert snapshot(victim) == outside

@@ -181,3 +181,27 @@ def test_repair_removes_what_killed_writers_left(copy):
     assert command("dataset", "verify", copy) == 1
     assert command("dataset", "verify", copy, "--repair") == 0
     assert not list(copy.rglob("*.part"))
+
+
+@pytest.mark.parametrize(
+    "verb", [("merge", "{}", "--workers", 1), ("benchmark", "--dataset", "{}", "--method", "orb", "--workers", 1)]
+)
+def test_verbs_check_the_maps_that_they_use(tiny: Path, tmp_path: Path, capsys, verb: tuple[object, ...]) -> None:
+    """A cell of a map is another than when the data set was made; the file is still a map."""
+    copy = shutil.copytree(tiny, tmp_path / "copy")
+    path = copy / "samples/000000/robot_0/map.pgm"
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 0xFE
+    path.write_bytes(data)
+    out = ("--out", tmp_path / "out") if verb[0] == "benchmark" else ()
+    assert command(*(copy if word == "{}" else word for word in verb), *out) == 2
+    assert f"{path}: has changed since the data set was made" in capsys.readouterr().err
+
+
+def test_score_checks_the_truth_that_it_uses(tiny: Path, tmp_path: Path, capsys) -> None:
+    copy = shutil.copytree(tiny, tmp_path / "copy")
+    assert command("merge", copy, "--workers", 1) in (0, 1)
+    path = copy / "samples/000000/truth.json"
+    path.write_text(path.read_text() + "\n")
+    assert command("score", copy, "--workers", 1) == 2
+    assert f"{path}: has changed since the data set was made" in capsys.readouterr().err
