@@ -15,7 +15,7 @@ OVERLAP_UNKNOWN = "overlap unknown"
 
 @dataclass(frozen=True)
 class Stratum:
-    """One method's answers under a name. ``has_truth`` is False if there is no transform to find."""
+    """One method's answers under a name. ``has_truth`` is False if there is no one transform to find."""
 
     group: str
     name: str
@@ -37,7 +37,7 @@ def strata(pairs: Sequence[EvaluatedPair]) -> list[Stratum]:
     found = [
         *_whole("positives", "all", sound),
         *_split("positives", sound, overlap_class),
-        *_split("not identifiable", ambiguous, overlap_class),
+        *_split("not identifiable", ambiguous, overlap_class, has_truth=False),
         *_whole("distorted", "all", distorted),
         *_split("noise", sound, lambda one: None if one.pair.noise is None else f"noise {one.pair.noise:g}"),
         *_split("world", sound, lambda one: one.pair.world),

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from rich.table import Table
 
-from mapquilt.benchmark.results import UNIT, BenchmarkResults, StratumResult, Timing
+from mapquilt.benchmark.results import REFERENCE, BenchmarkResults, StratumResult, Timing
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
 from mapquilt.viz.text_table import plain_table
@@ -15,16 +15,16 @@ from merge.settings import PUBLISHED
 
 COLUMNS = (
     *("stratum", "method", "ran", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),
-    f"x {UNIT} alone",
+    f"x {REFERENCE}",
 )
-CALIBRATION_COLUMNS = ("method", "pairs", "Brier", "base rate", "ECE", "AUC", "NEES")
+CALIBRATION_COLUMNS = ("method", "pairs", "Brier", "Brier of base rate", "ECE", "AUC", "NEES")
 
 EXPLANATION = """\
 Right: within 2 degrees, 3 % of scale and a mean displacement of the common cells of 1.5 % of the target's diagonal.
 True accepts: right and accepted. Shares in per cent with Wilson's 95 % interval. False accepts: accepted answers that
 are not right, any accepted negative among them; then the upper end of the share's interval in per cent. deg, %, cells:
 median errors of the right answers. s: median processor time of a pair on one thread; the ratio is that of medians.
-Ran: alone, by the method's own rule as published, or verified, with the common verification, refinement and acceptance.
+Ran: as published, by the rule of the method itself, or verified, with the common verification and acceptance.
 """
 
 OVER_MISSIONS = """\
@@ -70,7 +70,7 @@ def stratum_cells(row: StratumResult) -> tuple[str, ...]:
 
 def _name_and_way(method: str) -> tuple[str, str]:
     """Split the title of a method into its name and the way in which it ran."""
-    return method.removesuffix(PUBLISHED), "alone" if method.endswith(PUBLISHED) else "verified"
+    return method.removesuffix(PUBLISHED), PUBLISHED.strip() if method.endswith(PUBLISHED) else "verified"
 
 
 def _ratio_text(timing: Timing | None) -> str:

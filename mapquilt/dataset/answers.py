@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.table import Table
 
 from mapping.io.transaction import refuse_links
+from mapping.wording import counted
 from mapquilt.dataset.card import OVERLAP_BOUNDS, overlap_stratum
 from mapquilt.dataset.loader import check_files, load_dataset
 from mapquilt.evaluation.aggregation import outcome_counts
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
+from mapquilt.evaluation.formatting import outcome_notes, outcome_text
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.merging.merge_folder import merge_run
 from mapquilt.runs.folder import MERGE_FILE
@@ -55,10 +57,17 @@ def merge_sample(task: MergeTask) -> tuple[str, ...]:
     return tuple(result.left_out)
 
 
-def score_samples(
-    folder: Path, runner: Runner, on_progress: Progress = no_progress
-) -> list[tuple[str, tuple[EvaluatedPair, ...]]]:
-    """Score each sample that is merged, write its score, and return its split and its pairs of different robots.
+@dataclass(frozen=True)
+class ScoredSample:
+    """Hold a sample's name, its split, and its pairs of different robots."""
+
+    name: str
+    split: str
+    pairs: tuple[EvaluatedPair, ...]
+
+
+def score_samples(folder: Path, runner: Runner, on_progress: Progress = no_progress) -> list[ScoredSample]:
+    """Score each sample that is merged, and write its score.
 
     Raises ``ValueError`` if no sample is merged, or a file of one is not as it was made or lies behind a link.
     """
@@ -70,7 +79,7 @@ def score_samples(
     scores = runner.run(score_sample, [(sample.folder, sample.digests()) for sample in samples], on_progress)
     asked = [{(pair["target"], pair["source"]) for pair in sample.record["pairs"]} for sample in samples]
     return [
-        (sample.split, tuple(one for one in pairs if _is_asked(one, names)))
+        ScoredSample(sample.name, sample.split, tuple(one for one in pairs if _is_asked(one, names)))
         for sample, pairs, names in zip(samples, scores, asked, strict=True)
     ]
 
@@ -86,14 +95,41 @@ def _is_asked(one: EvaluatedPair, names: set[tuple[str, str]]) -> bool:
     return (one.pair.target, one.pair.source) in names or (one.pair.source, one.pair.target) in names
 
 
-def outcome_table(scores: list[tuple[str, tuple[EvaluatedPair, ...]]]) -> Table:
+MOST_WRONG = 20
+"""Most wrong verdicts that are listed; the report has all."""
+
+
+def wrong_verdicts(scores: Sequence[ScoredSample]) -> tuple[str, ...]:
+    """List the false accepts, then the false rejects, with their sample and the reason, and explain the words."""
+    wrong = [
+        (scored.name, one)
+        for outcome in ("false accept", "false reject")
+        for scored in scores
+        for one in scored.pairs
+        if one.outcome == outcome
+    ]
+    lines = [f"{name}: {one.pair.target} <- {one.pair.source}: {_verdict(one)}" for name, one in wrong[:MOST_WRONG]]
+    if len(wrong) > MOST_WRONG:
+        lines.append(f"and {counted(len(wrong) - MOST_WRONG, 'wrong verdict')} more")
+    return (*lines, *outcome_notes(one for _, one in wrong))
+
+
+def _verdict(one: EvaluatedPair) -> str:
+    """Write the outcome with the error of an accepted answer, or the reason of a refusal."""
+    if not one.accepted:
+        return f"{outcome_text(one)}: {one.reason}"
+    error = "" if one.error is None else f": off by {one.error.displacement_m:.2f} m, {one.error.rotation_deg:.1f} deg"
+    return f"{outcome_text(one)}{error}"
+
+
+def outcome_table(scores: Sequence[ScoredSample]) -> Table:
     """Count the outcomes of the pairs by split and by true overlap."""
     names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
     table = plain_table(("pairs", False), ("n", True), *((name.replace("_", " "), True) for name in names))
     groups: dict[str, list[EvaluatedPair]] = {}
-    for split, pairs in sorted(scores, key=lambda one: one[0]):
-        groups.setdefault(f"split {split}", []).extend(pairs)
-    every = [one for _, pairs in scores for one in pairs]
+    for scored in sorted(scores, key=lambda one: one.split):
+        groups.setdefault(f"split {scored.split}", []).extend(scored.pairs)
+    every = [one for scored in scores for one in scored.pairs]
     strata = [overlap_stratum(bound) for bound in OVERLAP_BOUNDS[1:]]
     groups |= {
         f"overlap {stratum}": [one for one in every if overlap_stratum(one.truth.overlap or 0.0) == stratum]

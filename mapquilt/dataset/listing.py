@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rich.table import Table
 
 from mapping.numbers import parse_range
-from mapquilt.dataset.manifest import Manifest
+from mapping.wording import counted, did_you_mean
+from mapquilt.dataset.manifest import Manifest, require_split
 from mapquilt.viz.text_table import plain_table
 
 
@@ -36,6 +38,19 @@ class PairFilter:
         if not 0.0 <= bounds[0] <= bounds[1] <= 1.0:
             raise ValueError(f"--overlap {overlap}: must lie within 0:1, the lower bound first")
         return PairFilter(split, world, *bounds, noise, identifiable)
+
+    def require_present(self, folder: Path, manifest: Manifest) -> None:
+        """Raise ``ValueError`` naming the folder if no sample has the split, world or noise that is asked for."""
+        if self.split is not None:
+            require_split(folder, manifest, self.split)
+        worlds = sorted({str(sample["world"]) for sample in manifest.samples})
+        if self.world is not None and self.world not in worlds:
+            near = did_you_mean(self.world, worlds)
+            raise ValueError(f"{folder}: has no world {self.world!r}, only {', '.join(worlds)}{near}")
+        levels = sorted({float(sample["settings"]["noise"]) for sample in manifest.samples})
+        if self.noise is not None and self.noise not in levels:
+            known = ", ".join(f"{level:g}" for level in levels)
+            raise ValueError(f"{folder}: has no noise {self.noise:g}, only {known}")
 
     def takes(self, sample: dict[str, Any], pair: dict[str, Any]) -> bool:
         return (
@@ -79,5 +94,5 @@ def pair_table(rows: Iterator[tuple[dict[str, Any], dict[str, Any]]]) -> Table:
             residual,
             "yes" if pair["identifiable"] else "no",
         )
-    table.caption = f"{len(listed)} pairs"
+    table.caption = counted(len(listed), "pair")
     return table

@@ -13,7 +13,8 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
-from mapquilt.dataset.manifest import SAMPLES_FOLDER, Manifest, read_manifest
+from mapping.wording import counted
+from mapquilt.dataset.manifest import SAMPLES_FOLDER, Manifest, read_manifest, require_split
 from mapquilt.dataset.seal import file_problem
 from mapquilt.json_file import similarity_from_record
 from mapquilt.runs import folder as run_folder
@@ -232,9 +233,8 @@ def load_dataset(folder: str | Path, split: str | None = None, *, verify: bool =
         problems = verify_dataset(Path(folder))
         if problems:
             raise ValueError(
-                f"{folder}: {problems[0]}; mapquilt dataset verify {folder} lists {len(problems)} problems"
+                f"{folder}: {problems[0]}; mapquilt dataset verify {folder} lists {counted(len(problems), 'problem')}"
             )
-    splits = sorted({record["split"] for record in manifest.samples})
-    if split is not None and split not in splits:
-        raise ValueError(f"{folder}: has no split {split!r}, only {', '.join(splits)}")
+    if split is not None:
+        require_split(Path(folder), manifest, split)
     return Dataset(Path(folder), manifest, split)

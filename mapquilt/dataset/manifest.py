@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.safe_load import read_json_lines
+from mapping.wording import did_you_mean
 from mapquilt.dataset.seal import file_problem, read_seal
 from mapquilt.json_file import check_record, present_record
 
@@ -86,6 +87,13 @@ def parse_manifest(folder: Path) -> Manifest:
         for kind in ("mission", "sample", "other_worlds", "plan")
     )
     return Manifest(records[0], missions, samples, negatives, plans)
+
+
+def require_split(folder: Path, manifest: Manifest, split: str) -> None:
+    """Raise ``ValueError`` naming the folder and its splits if a data set lacks a split."""
+    splits = sorted({str(record["split"]) for record in manifest.samples})
+    if split not in splits:
+        raise ValueError(f"{folder}: has no split {split!r}, only {', '.join(splits)}{did_you_mean(split, splits)}")
 
 
 def contradictions(manifest: Manifest) -> list[str]:

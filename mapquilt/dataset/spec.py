@@ -6,26 +6,37 @@ import difflib
 import math
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.io.safe_load import read_yaml, yaml_value
 from mapping.settings import MappingSettings
+from mapping.wording import did_you_mean
 from mapquilt.leaves import leaf_name, with_assignments
 from mapquilt.runs.open_world import is_world_file
 from mapquilt.settings import COMBINED, ExperimentConfig, check_parts, lidar_at_rate, max_yaw_of
 from sim.mission.settings import MissionSettings, PolicyName, Starts
 from sim.physics.drive import Drive
 from sim.physics.robot import MAX_ROBOTS, RobotSettings
+from worlds.families.registry import FAMILIES
 from worlds.importing.plan_file import PlanOptions
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap")
 """Names of the built-in specifications."""
 
 LICENCE = "CC-BY-4.0"
 """Licence of generated data."""
+
+SPLITS = ("train", "validation", "test")
+"""Names of splits."""
+
+SHARE_TOLERANCE = 0.011
+"""Greatest deviation of the sum of the shares from 1: thirds may be written as 0.33."""
 
 MOST = 100_000
 """Most missions of a group, and samples of a mission: a plan of more does not fit into memory."""
@@ -100,6 +111,15 @@ class MissionsSpec(_Strict):
         return MissionSettings(
             (robot,) * self.robots, self.duration, self.starts, self.drive, self.policy, overlap=self.overlap
         )
+
+    @field_validator("world")
+    @classmethod
+    def _check_world(cls, world: str) -> str:
+        if world not in FAMILIES and not is_world_file(world):
+            raise ValueError(
+                f"is {world}, must be a file or one of {', '.join(FAMILIES)}{did_you_mean(world, FAMILIES)}"
+            )
+        return world
 
     @model_validator(mode="after")
     def _check(self) -> MissionsSpec:
@@ -193,7 +213,11 @@ class DatasetSpec(_Strict):
     other_worlds: Annotated[Count, _key("negative pairs, whose maps are of two worlds", "", 100, le=10 * MOST)] = 0
     splits: Annotated[
         dict[str, Positive],
-        _key("shares of each group's worlds; no world is in two splits", "", {"train": 0.8, "test": 0.2}),
+        _key(
+            f"shares of each group's worlds, of {', '.join(SPLITS)}, with sum 1; no world is in two splits",
+            "",
+            {"train": 0.8, "test": 0.2},
+        ),
     ] = {"train": 0.6, "validation": 0.2, "test": 0.2}
 
     @property
@@ -209,10 +233,21 @@ class DatasetSpec(_Strict):
         """Number of samples."""
         return self.samples.per_mission * sum(missions.count for missions in self.missions)
 
+    @field_validator("splits")
+    @classmethod
+    def _check_splits(cls, splits: dict[str, float]) -> dict[str, float]:
+        if not splits:
+            raise ValueError(f"names no split; known are {', '.join(SPLITS)}")
+        for name in splits:
+            if name not in SPLITS:
+                raise ValueError(f"{name} is no split, must be one of {', '.join(SPLITS)}{did_you_mean(name, SPLITS)}")
+        total = sum(splits.values())
+        if not math.isclose(total, 1.0, abs_tol=SHARE_TOLERANCE):
+            raise ValueError(f"the shares add up to {total:g}, must be 1")
+        return splits
+
     @model_validator(mode="after")
     def _check(self) -> DatasetSpec:
-        if not self.splits:
-            raise ValueError("splits names no split")
         if self.other_worlds and sum(missions.count for missions in self.missions) < 2:
             raise ValueError("other_worlds needs at least two missions")
         return self
@@ -228,10 +263,9 @@ def load_spec(source: str) -> DatasetSpec:
     Raises ``ValueError`` naming the file, the field and the fault, ``OSError`` if the file cannot be read.
     """
     if source not in READY and not Path(source).exists():
-        near = difflib.get_close_matches(source, READY, 1)
         raise ValueError(
             f"{source}: no such file, and no ready specification, which are {', '.join(READY)}"
-            + (f" (did you mean {near[0]}?)" if near else "")
+            f"{did_you_mean(source, READY)}"
         )
     record = yaml_value(ready_spec(source).encode(), source) if source in READY else read_yaml(Path(source))
     if not isinstance(record, dict):
@@ -241,10 +275,23 @@ def load_spec(source: str) -> DatasetSpec:
     except ValidationError as error:
         faults = error.errors()
         first = next((each for each in faults if each["type"] == "extra_forbidden"), faults[0])
-        where = ".".join(str(part) for part in first["loc"]) or "the specification"
-        if first["type"] == "extra_forbidden":
-            raise ValueError(f"{source}: {where}: is no key; {_nearest(first['loc'])}") from None
-        raise ValueError(f"{source}: {where}: {first['msg']}; it is {str(first['input'])[:80]}") from None
+        raise ValueError(f"{source}: {_fault_text(first)}") from None
+
+
+def _fault_text(fault: ErrorDetails) -> str:
+    """Describe a fault of a specification: its key, its value if that is one, and what is allowed."""
+    where = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        return f"{where}: is no key; {_nearest(fault['loc'])}"
+    if fault["type"] == "missing":
+        return f"{where}: is missing"
+    if fault["type"] == "value_error":
+        return f"{where}: {fault['msg'].removeprefix('Value error, ')}".removeprefix(": ")
+    value = fault["input"]
+    limit = fault["msg"].replace("Input should", "must")
+    if isinstance(value, dict | list | tuple):
+        return f"{where}: {limit}, not a {'mapping' if isinstance(value, dict) else 'list'}"
+    return f"{where}: is {_text(value)[:80]}, {limit}"
 
 
 def _nearest(place: tuple[int | str, ...]) -> str:

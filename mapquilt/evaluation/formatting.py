@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.statistics import Interval, Share
 
 
 def outcome_text(one: EvaluatedPair) -> str:
-    """Name the outcome; beside a wrong verdict, say if the maps are distorted or the pair is ambiguous."""
+    """Name the outcome; beside a wrong verdict, say if the pair is distorted, ambiguous or without common ground."""
     words: list[str] = [one.outcome or "-"]
     if one.outcome in ("false accept", "false reject"):
         words += ["distorted"] if one.distorted else []
-        words += ["ambiguous"] if not (one.negative or one.identifiable) else []
+        words += ["no common ground"] if one.negative else [] if one.identifiable else ["ambiguous"]
     return ", ".join(words)
+
+
+def outcome_notes(pairs: Iterable[EvaluatedPair]) -> tuple[str, ...]:
+    """Explain the words that ``outcome_text`` puts beside the outcomes of these pairs."""
+    used = {word for one in pairs for word in outcome_text(one).split(", ")[1:]}
+    return tuple(f"{word}: {meaning}" for word, meaning in _MEANINGS.items() if word in used)
+
+
+_MEANINGS = {
+    "distorted": "no transform fits these maps well, so that a right answer may miss by chance",
+    "ambiguous": "several placements fit these maps, and nothing in them tells which is right",
+    "no common ground": "the maps show no place that both robots saw, and had to be refused",
+}
 
 
 def error_texts(one: EvaluatedPair) -> tuple[str, str, str, str]:

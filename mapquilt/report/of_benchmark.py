@@ -15,7 +15,8 @@ def benchmark_content(folder: Path) -> Content:
     summary, answers = load_answers(folder)
     results = build_results(answers, summary["seed"])
     rows = [
-        (row.stratum if row.stratum != "all" else f"all {row.group}", *stratum_cells(row)[1:]) for row in results.strata
+        (f"{row.group}: {row.stratum}" if row.stratum != "all" else row.group, *stratum_cells(row)[1:])
+        for row in results.strata
     ]
     return Content(
         kind="benchmark",
@@ -32,7 +33,7 @@ def benchmark_content(folder: Path) -> Content:
                 "Strata",
                 "Shares in per cent with Wilson's 95 % interval, in square brackets that of a bootstrap over missions; "
                 "errors are medians of the right answers.",
-                [(column, column not in ("stratum", "method")) for column in COLUMNS],
+                [(column, column not in ("stratum", "method", "ran")) for column in COLUMNS],
                 rows,
             )
         ],

@@ -103,10 +103,11 @@ def method_sheet(answers: tuple[EvaluatedPair, ...]) -> Sheet | None:
     methods = methods_of(answers)
     if not methods:
         return None
-    names = ("pairs asked", "true accepts", "false accepts", "false rejects", "median [m]", "90 % [m]", "s a pair")
+    names = ("pairs", "true accepts [%]", "false accepts", "false rejects", "median [m]", "90 % [m]", "s a pair")
     caption = (
-        "Shares in per cent with Wilson's 95 % interval, false accepts of all pairs with the upper end of theirs; "
-        "displacements are those of accepted answers."
+        "True accepts and false rejects are counted of the pairs with exactly one right answer, whose number is in the "
+        "row, with Wilson's 95 % interval; false accepts of all pairs, with the upper end of theirs in per cent. "
+        "Displacements are those of accepted answers."
     )
     rows = [_row(method, _summary(answers, method)) for method in methods]
     return Sheet("Methods", caption, [("method", False), *((name, True) for name in names)], rows)
@@ -115,8 +116,8 @@ def method_sheet(answers: tuple[EvaluatedPair, ...]) -> Sheet | None:
 def _row(method: str, found: _Summary) -> list[str]:
     return [
         method,
-        str(found.true_accepts.of if found.true_accepts else 0),
-        share_text(found.true_accepts),
+        str(found.pairs),
+        "-" if found.true_accepts is None else f"{share_text(found.true_accepts)} of {found.true_accepts.of}",
         false_accept_text(found.false_accepts),
         str(found.false_rejects),
         number_text(None if found.displacement is None else found.displacement.median, 3),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mapping.io.safe_load import read_json, read_yaml, reading
+from mapping.wording import did_you_mean
 from mapquilt.json_file import check_record
 from worlds.families.registry import FAMILIES, make_world
 from worlds.floor import require_drivable
@@ -57,8 +58,8 @@ def read_world(
         return _read(path, plan)
     if name not in FAMILIES:
         raise ValueError(
-            f"unknown world {name!r}; known are: {', '.join(FAMILIES)}, world files (JSON, YAML), and plans "
-            "(pictures, map_server YAML, building.yaml, JSON, SVG, DXF, SDF)"
+            f"unknown world {name!r}{did_you_mean(name, FAMILIES)}; known are: {', '.join(FAMILIES)}, world files "
+            "(JSON, YAML), and plans (pictures, map_server YAML, building.yaml, JSON, SVG, DXF, SDF)"
         )
     if plan != PlanOptions():
         raise ValueError(f"--from-map and --level: apply to files only, not to the family {name}")

@@ -30,7 +30,7 @@ def reliability_figure(calibrations: Sequence[Calibration], series: Sequence[int
         draw_series(panel, points, number if series is None else series[number])
         panel.set_xlim(-0.03, 1.03)
         in_per_cent(panel)
-        brier = f"Brier {found.brier:.3f} (base rate {found.base_brier:.3f})"
+        brier = f"Brier {found.brier:.3f} (of the base rate {found.base_brier:.3f})"
         numbers = f"{brier}\nECE {found.ece:.3f}, AUC {number_text(found.auc, 3)}"
         write_heading(panel, f"{found.method}: {found.pairs} pairs")
         write_axes(panel, f"confidence\n{numbers}", "" if number % columns else "share of right answers")

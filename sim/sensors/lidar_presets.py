@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from mapping.geometry.se2 import SE2
+from mapping.wording import did_you_mean
 from sim.sensors.lidar import Lidar
 from sim.sensors.range_noise import RangeNoise
 
@@ -34,7 +35,8 @@ def lidar_preset(name: str) -> LidarPreset:
     for preset in PRESETS:
         if preset.name == name:
             return preset
-    raise ValueError(f"lidar {name!r} is unknown; known are {', '.join(preset.name for preset in PRESETS)}")
+    known = [preset.name for preset in PRESETS]
+    raise ValueError(f"lidar {name!r} is unknown{did_you_mean(name, known)}; known are {', '.join(known)}")
 
 
 def with_rate(lidar: Lidar, rate: float) -> Lidar:

@@ -87,7 +87,7 @@ def calibrate(
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
         f"{out}: on {checked.pairs} pairs of the check: expected calibration error {checked.ece:.3f}, "
-        f"Brier {checked.brier:.3f} (base rate {checked.base_brier:.3f}), AUC {auc}"
+        f"Brier {checked.brier:.3f} (of the base rate {checked.base_brier:.3f}), AUC {auc}"
     )
     return 0
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.wording import counted, duration
 from mapquilt.cli.application import new_app
 from mapquilt.cli.exit_status import NOT_REACHED, Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
@@ -76,9 +77,9 @@ def make(
     """
     wanted, base = load_spec(spec), Path() if spec in READY else Path(spec).parent
     if wanted.total > limit_samples:
-        hours = wanted.scans * Costs().seconds_per_scan / 3600.0
+        time = duration(wanted.scans * Costs().seconds_per_scan)
         raise ValueError(
-            f"{spec}: plans {wanted.total} samples, and the simulation alone takes {hours:,.0f} h on one core; "
+            f"{spec}: plans {wanted.total} samples, and the simulation alone takes {time} on one core; "
             f"at most {limit_samples} are made: lower count or per_mission, or raise --limit-samples"
         )
     carried = carry_plans(wanted, base)
@@ -102,22 +103,27 @@ def make(
             f"{out}: {report.samples} of {planned} samples; {report.failures} failed, see {out / FAILURES_FILE}"
         )
         return 1
-    print_table(f"{out}: {report.samples} samples")
+    print_table(f"{out}: {counted(report.samples, 'sample')}")
     if report.missed:
-        warn((f"{report.missed} missions did not reach their overlap; the nearest are kept",))
+        warn((f"{counted(report.missed, 'mission')} did not reach the overlap; the nearest result is kept",))
         return NOT_REACHED
     return 0
 
 
 def _print_estimate(spec: str, found: Estimate, workers: int) -> None:
-    time = f"{found.hours / workers:.2g} h"
+    time = duration(3600.0 * found.hours / workers)
     if found.most_hours > found.hours:
-        time += f", at most {found.most_hours / workers:.2g} h if all must be simulated again to reach their overlap,"
-    print_table(
-        f"{spec}: {found.missions} missions, {found.samples} samples, {found.maps} maps, {found.pairs} pairs, "
-        f"{found.negatives} pairs of two worlds"
+        most = duration(3600.0 * found.most_hours / workers)
+        time += f", at most {most} if all must be simulated again to reach their overlap,"
+    counts = (
+        counted(found.missions, "mission"),
+        counted(found.samples, "sample"),
+        counted(found.maps, "map"),
+        counted(found.pairs, "pair"),
+        counted(found.negatives, "pair of two worlds", "pairs of two worlds"),
     )
-    print_table(f"about {time} on {workers} cores, and {found.gigabytes:.2g} GB")
+    print_table(f"{spec}: {', '.join(counts)}")
+    print_table(f"about {time} on {counted(workers, 'core')}, and {found.gigabytes:.2g} GB")
 
 
 @app.command("keys")
@@ -149,7 +155,7 @@ def remake(
     """
     different = remake_sample(folder, sample, out)
     if different:
-        print_table(f"{out}: {len(different)} files differ from {folder}, the first is {different[0]}")
+        print_table(f"{out}: {counted(len(different), 'file')} unlike {folder}, the first is {different[0]}")
         return 1
     print_table(f"{out}: the same as in {folder}, bit for bit")
     return 0
@@ -176,7 +182,7 @@ def verify(
         problems = verify_dataset(folder, on_progress)
     for problem in problems:
         print_table(problem)
-    print_table(f"{folder}: " + (f"{len(problems)} problems" if problems else "no file has changed"))
+    print_table(f"{folder}: " + (counted(len(problems), "problem") if problems else "no file has changed"))
     return 1 if problems else 0
 
 
@@ -210,5 +216,7 @@ def pairs(
     Example: mapquilt dataset pairs data --split test --overlap 0.3:1
     """
     wanted = PairFilter.parse(split, world, overlap, noise, identifiable)
-    print_table(pair_table(selected_pairs(read_manifest(folder), wanted)))
+    manifest = read_manifest(folder)
+    wanted.require_present(folder, manifest)
+    print_table(pair_table(selected_pairs(manifest, wanted)))
     return 0

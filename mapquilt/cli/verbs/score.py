@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from mapping.wording import counted
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.workers import WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.dataset.answers import outcome_table, score_samples
+from mapquilt.dataset.answers import outcome_table, score_samples, wrong_verdicts
 from mapquilt.dataset.manifest import is_dataset
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-from mapquilt.evaluation.formatting import error_texts, number_text, outcome_text
+from mapquilt.evaluation.formatting import error_texts, number_text, outcome_notes, outcome_text
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.runs import folder as run_folder
@@ -35,7 +36,8 @@ def score(
         with Runner(chosen_workers(workers, None)) as runner, count_progress("samples") as on_progress:
             scores = score_samples(run, runner, on_progress)
         table = outcome_table(scores)
-        table.caption = f"{run}: {len(scores)} samples scored in place; mapquilt report {run} shows them"
+        done = f"{run}: {counted(len(scores), 'sample')} scored in place; mapquilt report {run} shows them"
+        table.caption = "\n".join((*wrong_verdicts(scores), done))
         print_table(table)
         return ALL_MERGED
     print_table(score_table(score_run(run_folder.require_run(run))))
@@ -52,13 +54,9 @@ def score_table(score: RunScore) -> Table:
         table.add_row(*_score_row(one))
     counts = score.summary()
     names = ("true_accepts", "false_accepts", "false_rejects", "true_rejects")
-    words = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in names)
-    table.caption = f"{counts['pairs']} pairs: {words}"
-    if any(", " in outcome_text(one) for one in score.pairs):
-        table.caption += (
-            "\ndistorted: no transform fits these maps well, so that a right answer may miss by chance"
-            "\nambiguous: several placements fit these maps, and nothing in them tells which is right"
-        )
+    words = ", ".join(counted(counts[name], name.replace("_", " ").removesuffix("s")) for name in names)
+    table.caption = f"{counted(counts['pairs'], 'pair')}: {words}"
+    table.caption = "\n".join((table.caption, *outcome_notes(score.pairs)))
     for group in score.merged:
         table.caption += (
             f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "

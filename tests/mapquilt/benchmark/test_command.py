@@ -9,6 +9,7 @@ import pytest
 
 from mapquilt.benchmark import trials
 from mapquilt.benchmark.trials import run_trial
+from mapquilt.report.of_benchmark import benchmark_content
 from tests.conftest import command, hashes
 
 TIMED = ("timings.json", "table.md")
@@ -49,12 +50,19 @@ def test_the_summary_agrees_with_the_rows(made):
     assert "seconds" not in json.dumps(summary)
 
 
+def test_the_report_names_the_group_of_each_stratum(made):
+    (sheet,) = benchmark_content(made[0]).sheets
+    names = [(row[0], row[1], row[2]) for row in sheet.rows]
+    assert len(set(names)) == len(names)
+    assert {"positives", "positives: overlap unknown", "subset: part1", "negatives"} <= {name for name, *_ in names}
+
+
 def test_pictures_and_table_are_there(made):
     folder = made[0]
     for picture in ("reliability.png", "sheets/orb-01.png", "sheets/orb-as-published-01.png"):
         assert cv2.imread(str(folder / picture)) is not None, picture
     table = (folder / "table.md").read_text()
-    assert "| all | orb | alone | 2 | 100.0 (34.2 to 100.0) |" in table
+    assert "| all | orb | as published | 2 | 100.0 (34.2 to 100.0) |" in table
     assert "## Calibration" in table
     seconds = json.loads((folder / "timings.json").read_text())["pairs"]
     assert len(seconds) == 6

@@ -57,7 +57,7 @@ def counts(group, name="all"):
 
 def test_counts_computed_by_hand():
     assert counts("positives") == (2, 1, 1)
-    assert counts("not identifiable", "overlap 30 % and more") == (0, 0, 1)
+    assert counts("not identifiable", "overlap 30 % and more") == (None, None, 1)
     assert counts("distorted") == (1, 1, 0)
     assert counts("negatives") == (None, None, 1)
     assert counts("every pair") == (None, None, 3)

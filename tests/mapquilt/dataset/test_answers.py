@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from mapping.geometry.similarity2 import Similarity2
+from mapquilt.dataset.answers import ScoredSample, wrong_verdicts
 from mapquilt.dataset.loader import load_dataset
+from mapquilt.evaluation.evaluated_pair import EvaluatedPair, GroundTruth, PairInfo
 from mapquilt.json_file import read_record
 from tests.conftest import command
 from tests.mapquilt.cli.test_app import refused
+from tests.mapquilt.evaluation.examples import GOOD
 
 
 @pytest.mark.slow
@@ -38,6 +43,24 @@ def test_all_samples_are_merged_and_scored_in_place(
     assert command("merge", alone / "samples/000000") in (0, 1)
     for name in ("merge.json", "transforms.yaml"):
         assert (alone / "samples/000000" / name).read_bytes() == (data / "samples/000000" / name).read_bytes()
+
+
+def test_wrong_verdicts_are_listed_with_sample_and_reason() -> None:
+    wrong = replace(GOOD, displacement_m=0.5, rotation_deg=10.0)
+    info = PairInfo("a and b", "a", "b")
+    somewhere = GroundTruth(Similarity2(), residual_m=0.0)
+    pairs = (
+        EvaluatedPair(info, somewhere, accepted=False, reason="ambiguous", right=True),
+        EvaluatedPair(info, somewhere, accepted=True, error=wrong),
+        EvaluatedPair(info, GroundTruth(None), accepted=True),
+        EvaluatedPair(info, somewhere, accepted=True, right=True),
+    )
+    assert wrong_verdicts([ScoredSample("000007", "test", pairs)]) == (
+        "000007: a <- b: false accept: off by 0.50 m, 10.0 deg",
+        "000007: a <- b: false accept, no common ground",
+        "000007: a <- b: false reject: ambiguous",
+        "no common ground: the maps show no place that both robots saw, and had to be refused",
+    )
 
 
 def test_options_of_single_merges_are_refused(tiny: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

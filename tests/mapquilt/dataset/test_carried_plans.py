@@ -22,7 +22,7 @@ missions:
   - {{world: {plan}, plan_resolution: 0.1, from_map: true, count: 1, robots: 1, duration: 1, licence: CC0-1.0}}
   - {{world: maze, count: 1, robots: 1, duration: 1}}
 samples: {{per_mission: 1, poses: [truth]}}
-splits: {{all: 1}}
+splits: {{test: 1}}
 """
 
 

@@ -357,6 +357,18 @@ def test_bad_specifications_name_the_field_and_the_value(capsys, spec_file, tmp_
     assert not (tmp_path / "data").exists()
 
 
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--split", "tets"), "has no split 'tets', only test, train; did you mean test?"),
+        (("--world", "maz"), "has no world 'maz', only "),
+        (("--noise", 7), "has no noise 7, only 0, 1"),
+    ],
+)
+def test_a_list_of_pairs_of_a_stratum_that_is_not_there_is_refused(capsys, tiny, option, message):
+    assert message in refused(capsys, "dataset", "pairs", tiny, *option)
+
+
 def test_init_writes_a_specification_that_loads(tmp_path, capsys):
     path = tmp_path / "mine.yaml"
     assert command("dataset", "init", path, "--from", "standard") == 0

@@ -71,6 +71,46 @@ def test_an_unknown_key_is_refused_with_the_nearest_known(
     assert message in line
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "splits: {trian: 0.5, test: 0.5}",
+            "splits: trian is no split, must be one of train, validation, test; did you",
+        ),
+        ("splits: {all: 1}", "splits: all is no split, must be one of train, validation, test"),
+        ("splits: {train: 0.6, test: 0.5}", "splits: the shares add up to 1.1, must be 1"),
+        ("splits: {train: 0.5}", "splits: the shares add up to 0.5, must be 1"),
+        ("splits: {}", "splits: names no split; known are train, validation, test"),
+        ("splits: {train: -1}", "splits.train: is -1, must be greater than 0"),
+        ("samples: {per_mission: 2, parts: [0]}", "samples: parts is 0, must lie between 1 and 20"),
+        ("samples: {per_mission: many}", "samples.per_mission: is many, must be a valid integer"),
+        ("samples: 3", "samples: is 3, must be a valid dictionary"),
+        ("seed: [1]", "seed: must be a valid integer, not a list"),
+    ],
+)
+def test_a_bad_value_is_told_with_its_key_and_what_is_allowed(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(f"name: tiny\nmissions:\n  - {{world: maze, count: 1}}\n{text}\n", encoding="utf-8")
+    with pytest.raises(ValueError) as refusal:
+        load_spec(str(path))
+    assert f"{path}: {message}" in str(refusal.value)
+    assert "Value error" not in str(refusal.value)
+    assert "it is {" not in str(refusal.value)
+
+
+def test_shares_of_thirds_need_not_add_up_exactly() -> None:
+    shares = {"train": 0.33, "validation": 0.33, "test": 0.33}
+    assert {mission.split for mission in planned({"count": 3}, splits=shares).missions} == set(shares)
+
+
+def test_an_unknown_world_is_told_with_the_file_the_key_and_the_nearest_name(tmp_path: Path) -> None:
+    path = tmp_path / "typo.yaml"
+    path.write_text("name: tiny\nmissions:\n  - {world: offce, count: 1}\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"typo\.yaml: missions\.0\.world: is offce, .*; did you mean office\?$"):
+        load_spec(str(path))
+
+
 def test_keys_of_missions_reach_their_settings() -> None:
     keys = {"starts": "spread", "drive": "wheels", "policy": "patrol", "rate": 5, "robots": 2, "duration": 7}
     (first, _) = planned(keys).missions
@@ -122,7 +162,7 @@ def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path, capsys: pytest.Capt
     assert command("dataset", "make", "smoke", "--out", out, "--dry-run", "--workers", 1) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "4 missions, 8 samples, 16 maps, 8 pairs, 3 pairs of two worlds" in printed
-    assert re.search(r"about [\d.]+ h on 1 cores, and [\d.]+ GB", printed)
+    assert re.search(r"about [\d.]+ (s|min) on 1 core, and [\d.]+ GB", printed)
     assert not out.exists()
 
 
@@ -142,7 +182,7 @@ def test_the_estimate_counts_what_the_plan_holds_and_grows_with_it() -> None:
 def test_more_than_can_be_planned_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], keys: str) -> None:
     path = tmp_path / "huge.yaml"
     path.write_text(f"name: huge\nmissions:\n  - {{world: office, {keys}}}\n", encoding="utf-8")
-    assert "should be less than or equal to" in refused(capsys, "dataset", "make", path, "--out", tmp_path / "data")
+    assert ", must be less than or equal to" in refused(capsys, "dataset", "make", path, "--out", tmp_path / "data")
 
 
 def test_missions_that_miss_their_overlap_are_counted_with_a_status_of_their_own(
@@ -151,9 +191,9 @@ def test_missions_that_miss_their_overlap_are_counted_with_a_status_of_their_own
     path = tmp_path / "far.yaml"
     group = "{world: disjoint, count: 1, robots: 2, duration: 1, starts: spread, overlap: [0.9, 1]}"
     path.write_text(
-        f"name: far\nmissions:\n  - {group}\nsamples: {{per_mission: 1, poses: [truth]}}\nsplits: {{all: 1}}\n",
+        f"name: far\nmissions:\n  - {group}\nsamples: {{per_mission: 1, poses: [truth]}}\nsplits: {{test: 1}}\n",
         encoding="utf-8",
     )
     for _ in range(2):
         assert command("dataset", "make", path, "--out", tmp_path / "data", "--workers", 1) == NOT_REACHED
-        assert "1 missions did not reach their overlap" in capsys.readouterr().err
+        assert "1 mission did not reach the overlap" in capsys.readouterr().err

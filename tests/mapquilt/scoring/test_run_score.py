@@ -78,7 +78,7 @@ def test_displacement_is_in_true_metres_of_the_target():
         ({"accepted": False, "distorted": True}, "false reject, distorted"),
         ({"accepted": True, "right": True, "distorted": True}, "true accept"),
         ({"accepted": False, "identifiable": False}, "true reject"),
-        ({"accepted": True, "negative": True}, "false accept"),
+        ({"accepted": True, "negative": True}, "false accept, no common ground"),
         ({"accepted": None}, "-"),
     ],
 )
