@@ -27,7 +27,7 @@ from merge.proposers.landmarks import Landmarks
 from merge.proposers.normal_correlation import NormalCorrelation
 from merge.proposers.orb import Orb
 from merge.proposers.second_best import SECOND_BEST
-from merge.records.prior import Prior, PriorSettings, expected_poses
+from merge.records.prior import Prior, PriorSettings, require_relative
 from merge.verification.settings import AcceptanceSettings, UncertaintySettings
 
 
@@ -103,7 +103,7 @@ class MergeSettings:
         if self.fusion not in FUSIONS:
             raise ValueError(f"fusion is {self.fusion!r}, must be one of {', '.join(FUSIONS)}")
         if not self.trust_priors:
-            expected_poses(self.priors, self.reference)
+            require_relative(self.priors, self.reference)
 
     def __reduce__(self) -> tuple[Callable[..., MergeSettings], tuple[Any, ...]]:
         """Pickle the settings with the method that a user registered, so that worker processes know it."""

@@ -102,7 +102,16 @@ def _dataset_pair(suite: str, pair: DatasetPair) -> BenchmarkPair:
         subset, transform = NOTHING_COMMON, None
     files = [pair.target_path, pair.source_path]
     return BenchmarkPair(
-        info=_info(suite, pair.name, files, subset=subset, world=pair.world, noise=pair.noise, mission=pair.mission),
+        info=_info(
+            suite,
+            pair.name,
+            files,
+            subset=subset,
+            world=pair.world,
+            noise=pair.noise,
+            poses=pair.poses,
+            mission=pair.mission,
+        ),
         target_file=files[0],
         source_file=files[1],
         truth=GroundTruth(

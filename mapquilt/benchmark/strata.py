@@ -27,7 +27,7 @@ def strata(pairs: Sequence[EvaluatedPair]) -> list[Stratum]:
     """Build all strata that hold a pair, in the order of the table.
 
     Pairs that are not identifiable, and those without a reliable truth, have strata of their own: they count in no
-    other but the last, which holds every pair.
+    other but the last, which holds every pair; distorted pairs also count in a comparison of poses, which cause them.
     """
     positive = [one for one in pairs if not one.negative]
     sound = [one for one in positive if one.identifiable and one.reliable]
@@ -40,6 +40,7 @@ def strata(pairs: Sequence[EvaluatedPair]) -> list[Stratum]:
         *_split("not identifiable", ambiguous, overlap_class, has_truth=False),
         *_whole("distorted", "all", distorted),
         *_split("noise", sound, lambda one: None if one.pair.noise is None else f"noise {one.pair.noise:g}"),
+        *_split("poses", [one for one in positive if one.identifiable], lambda one: one.pair.poses, least=2),
         *_split("world", sound, lambda one: one.pair.world),
         *_split("subset", sound, lambda one: one.pair.subset),
         *_split("set", sound, lambda one: one.pair.suite, least=2),

@@ -69,8 +69,9 @@ def check_files(digests: Mapping[Path, str]) -> None:
 class DatasetPair:
     """Hold two maps of different robots. ``target_from_source`` is None if they show two worlds and must be refused.
 
-    ``noise`` and ``world`` (the family) are None if the two maps differ in them. ``residual`` is that of the fitted
-    true transform [m], None if it was not fitted; ``target_scale`` is true metres per metre that the target states.
+    ``noise``, ``world`` (the family) and ``poses`` (those that the robots mapped with) are None if the two maps differ
+    in them. ``residual`` is that of the fitted true transform [m], None if it was not fitted; ``target_scale`` is true
+    metres per metre that the target states.
     """
 
     name: str
@@ -78,6 +79,7 @@ class DatasetPair:
     split: str
     world: str | None
     noise: float | None
+    poses: str | None
     target_path: Path
     source_path: Path
     target_from_source: Similarity2 | None
@@ -161,6 +163,7 @@ class Dataset:
             split=sample["split"],
             world=sample["world"],
             noise=sample["settings"]["noise"],
+            poses=sample["settings"]["poses"],
             target_path=folder / record["target"] / "map.yaml",
             source_path=folder / record["source"] / "map.yaml",
             target_from_source=similarity_from_record(record["target_from_source"]),
@@ -187,6 +190,7 @@ class Dataset:
             split=record["split"],
             world=_common(sample["world"] for sample in samples),
             noise=_common(sample["settings"]["noise"] for sample in samples),
+            poses=_common(sample["settings"]["poses"] for sample in samples),
             target_path=paths[0],
             source_path=paths[1],
             target_from_source=None,

@@ -33,7 +33,7 @@ class PairInfo:
 
     - ``name``: unique within ``suite``, the data set or list of pairs; ``subset`` is a part of the suite;
     - ``target``, ``source``: names of the two maps; ``target_file``, ``source_file``: their map files;
-    - ``world``, ``noise``: family of worlds and noise level;
+    - ``world``, ``noise``: family of worlds and noise level; ``poses``: those that the robots mapped with;
     - ``mission``: pairs of one mission are not independent;
     - ``level``: values of the settings that a study varies.
     """
@@ -45,6 +45,7 @@ class PairInfo:
     subset: str | None = None
     world: str | None = None
     noise: float | None = None
+    poses: str | None = None
     mission: str | None = None
     level: tuple[str, ...] = ()
     target_file: Path | None = None

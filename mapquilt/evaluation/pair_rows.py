@@ -28,7 +28,7 @@ OPTIONAL_EVIDENCE = (
     *("matches", "inliers", "local_violation", "conflict_ratio", "conflict_cells"),
 )
 COLUMNS = (
-    *("method", "set", "pair", "target", "source", "subset", "level", "world", "noise", "mission"),
+    *("method", "set", "pair", "target", "source", "subset", "level", "world", "noise", "poses", "mission"),
     *("true_overlap", "negative", "identifiable", "residual_m", "distorted"),
     *("outcome", "accepted", "right", "confidence", "reason", *ERRORS, "normalised_error"),
     *TRANSFORM,
@@ -38,8 +38,8 @@ COLUMNS = (
     *("alternative_score", "target_scale", "target_map", "source_map"),
 )
 TEXTS = (
-    *("method", "set", "pair", "target", "source", "subset", "world", "mission", "outcome", "reason"),
-    *("target_map", "source_map"),
+    *("method", "set", "pair", "target", "source", "subset", "world", "poses", "mission", "outcome"),
+    *("reason", "target_map", "source_map"),
 )
 _FLAGS = ("negative", "identifiable", "distorted", "accepted", "right")
 _SHAPE: dict[str, Shape] = {f"{name}?": str | None if name in TEXTS else float | None for name in COLUMNS}
@@ -70,6 +70,7 @@ def to_row(one: EvaluatedPair, folder: Path | None = None) -> dict[str, Any]:
         "level": list(pair.level) or None,
         "world": pair.world,
         "noise": pair.noise,
+        "poses": pair.poses,
         "mission": pair.mission,
         "true_overlap": truth.overlap,
         "negative": one.negative,
@@ -126,6 +127,7 @@ def from_row(row: Mapping[str, Any], folder: Path = Path()) -> EvaluatedPair:
         subset=get("subset"),
         world=row["world"],
         noise=row["noise"],
+        poses=get("poses"),
         mission=row["mission"],
         level=tuple(get("level") or ()),
         target_file=None if row["target_map"] is None else folder / row["target_map"],

@@ -23,13 +23,16 @@ def settings_before(record: Mapping[str, Any], resolutions_trusted: bool) -> Mer
     """Return the settings that a merge.json records, and its reference as the one to keep.
 
     A recorded scale that is the one which the maps have by themselves was not asked for. The reference is not kept
-    where priors would take it for one more map whose pose is known.
+    where priors would take it for one more map whose pose is known, or where it is the only map with a prior.
     """
     priors = tuple(Prior(**prior) for prior in record["priors"])
     metric = resolutions_trusted and all(entry["unit"] == "m" for entry in record["maps"])
     own = scale_text(ScaleRange.known() if metric else ScaleRange.free())
     scale = None if record["scale"] == own else ScaleRange.parse(record["scale"])
-    known = not priors or record.get("reference_requested", False) or record["reference"] in {p.name for p in priors}
+    placed = {prior.name for prior in priors}
+    known = (
+        not priors or record.get("reference_requested", False) or (record["reference"] in placed and len(placed) > 1)
+    )
     start = MergeSettings(
         method=record["method"].removesuffix(PUBLISHED),
         scale=scale,

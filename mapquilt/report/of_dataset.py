@@ -98,6 +98,7 @@ def _negative(pair: DatasetPair) -> EvaluatedPair:
         source=pair.source_path.parent.name,
         world=pair.world,
         noise=pair.noise,
+        poses=pair.poses,
         mission=pair.mission,
         target_file=pair.target_path,
         source_file=pair.source_path,

@@ -87,6 +87,7 @@ def run_answers(folder: Path, record: dict[str, Any], suite: str = "") -> list[E
             suite=suite,
             world=record["world"],
             noise=record["noise"],
+            poses=record["poses"],
             mission=record["mission"],
             target_file=files[target],
             source_file=files[source],

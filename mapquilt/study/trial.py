@@ -115,6 +115,7 @@ def _merge(
                 source=pair.source,
                 world=world,
                 noise=setup.sensing.noise,
+                poses=setup.mapping.pose_source,
                 mission=task.name,
                 level=level,
                 target_file=Path(MAPS_FOLDER) / folder / f"{pair.target}.yaml",

@@ -27,7 +27,7 @@ from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.task import CanonicalOrder, PairTask, Runner, run_tasks
 from merge.preparation.settings import PreparationSettings
-from merge.records.prior import Expected, expected_poses
+from merge.records.prior import Expected, expected_poses, shared_frame
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
 
@@ -95,7 +95,10 @@ class Team:
         scale = settings.scale if settings.scale is not None else maps.scale_range
         likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood, settings.alignment)
         extents = {name: frame.extent for name, frame in zip(ordered.names, frames, strict=True)}
-        expected = expected_poses(settings.priors, settings.reference, settings.prior, scale, extents)
+        frame = shared_frame(settings.priors, settings.reference, maps.names)
+        expected = (
+            {} if settings.trust_priors else expected_poses(settings.priors, frame, settings.prior, scale, extents)
+        )
         return Team(
             names=maps.names,
             maps=ordered,

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from merge.pair.task import PairTask
 from merge.records.prior import Expected
 from merge.records.result import DecidedBy, PairResult
 from merge.records.verdict import Reason, Refusal
+
+NOTHING_THERE = (Reason.LITTLE_STRUCTURE, Reason.LITTLE_OVERLAP, Reason.CONTRADICTS_PRIOR)
+"""Refusals of a search near a prior that say that the maps do not lie there."""
 
 
 def needs_prior_search(answer: PairResult, expected: Expected) -> bool:
@@ -19,19 +23,29 @@ def needs_prior_search(answer: PairResult, expected: Expected) -> bool:
 def with_prior(answer: PairResult, near: PairResult, expected: Expected) -> PairResult:
     """Accept the answer ``near`` the prior if it holds; else refuse the pair.
 
-    A refused pair keeps its answer if the prior allows that. Otherwise it has the answer near the prior, or none.
+    A refused pair keeps its answer if the prior allows that. Otherwise it has the answer near the prior, or none: none
+    too if the maps do not fit there, but do elsewhere.
     """
     found, held = answer.target_from_source, near.target_from_source
     if near.accepted and held is not None and expected.allows(held):
         return _recovered(answer, near, "prior")
     if found is not None and expected.allows(found):
         return answer
-    if held is not None and expected.allows(held):
+    elsewhere = answer.accepted and near.reason in NOTHING_THERE
+    if held is not None and expected.allows(held) and not elsewhere:
         return dataclasses.replace(near, decided_by="prior")
     nowhere = dataclasses.replace(
         near, target_from_source=None, target_from_source_pixels=None, evidence=None, covariance=None, confidence=0.0
     )
-    return _refused(nowhere, Reason.CONTRADICTS_PRIOR, "prior")
+    return _refused(nowhere, Reason.CONTRADICTS_PRIOR, "prior", _distance(answer, expected))
+
+
+def _distance(answer: PairResult, expected: Expected) -> str:
+    """Say how far an accepted answer is from its expected pose; nothing of others."""
+    if answer.target_from_source is None or not answer.accepted:
+        return ""
+    shift, turn = expected.distance(answer.target_from_source)
+    return f": the maps fit {shift:.1f} m and {math.degrees(turn):.0f} degrees from there"
 
 
 def within_prior(answer: PairResult, expected: Expected) -> PairResult:
@@ -95,8 +109,8 @@ def verdict_by_itself(answer: PairResult) -> PairResult | None:
     return None
 
 
-def _refused(answer: PairResult, reason: Reason, by: DecidedBy) -> PairResult:
-    return dataclasses.replace(answer, accepted=False, refusal=Refusal(reason), decided_by=by)
+def _refused(answer: PairResult, reason: Reason, by: DecidedBy, detail: str = "") -> PairResult:
+    return dataclasses.replace(answer, accepted=False, refusal=Refusal(reason, detail), decided_by=by)
 
 
 def _recovered(before: PairResult | None, now: PairResult, by: DecidedBy) -> PairResult:

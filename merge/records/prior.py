@@ -118,14 +118,25 @@ class Expected:
         """
         if self.inverted:
             return replace(self, inverted=False).allows(found.inverse())
-        expected, most = self.target_from_source, self.settings.max_deviations
-        square = found.x**2 + found.y**2
-        metre = self.metre.clip((found.x * expected.x + found.y * expected.y) / square) if square > 0.0 else 1.0
-        shift = math.hypot(metre * found.x - expected.x, metre * found.y - expected.y)
-        turn = abs(wrap_angle(found.yaw - expected.yaw))
+        most, metre = self.settings.max_deviations, self._metre(found)
+        shift, turn = self.distance(found)
         slope = RIGHT_YAW + (0.0 if self.scale.fixed else RIGHT_GROWTH)
         tolerance = self.settings.tolerance_share * self.extent.diagonal + slope * self.extent.arm
         return shift <= most * self.sigma + metre * found.scale * tolerance and turn <= most * self.settings.yaw_sigma
+
+    def distance(self, found: Similarity2) -> tuple[float, float]:
+        """Return how far an answer is from the expected pose: shift [m of the shared frame] and turn [rad]."""
+        if self.inverted:
+            return replace(self, inverted=False).distance(found.inverse())
+        expected, metre = self.target_from_source, self._metre(found)
+        shift = math.hypot(metre * found.x - expected.x, metre * found.y - expected.y)
+        return shift, abs(wrap_angle(found.yaw - expected.yaw))
+
+    def _metre(self, found: Similarity2) -> float:
+        """Return the metres of the shared frame per stated metre that bring an answer nearest to the expected pose."""
+        square = found.x**2 + found.y**2
+        along = found.x * self.target_from_source.x + found.y * self.target_from_source.y
+        return self.metre.clip(along / square) if square > 0.0 else 1.0
 
     def starts(self, diagonal: float, target_metres: Similarity2, source_metres: Similarity2) -> list[Similarity2]:
         """List transforms around the expected one, cells to cells, so dense that refinement finds the answer.
@@ -172,6 +183,28 @@ def _spaced(scale: ScaleRange, step: float) -> list[float]:
     return [math.exp(edge) for edge in edges[1::2].tolist()]
 
 
+def require_relative(priors: Sequence[Prior], reference: str | None) -> None:
+    """Require that priors place maps relative to others. Raises ``ValueError`` naming a map."""
+    names = [prior.name for prior in priors]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"prior: {name} has more than one")
+    if names == [reference]:
+        raise ValueError(
+            f"prior: that of {reference} alone says nothing, since it is the reference; give another map's"
+        )
+
+
+def shared_frame(priors: Sequence[Prior], reference: str | None, names: Sequence[str]) -> str | None:
+    """Return the map in whose frame the priors are, None if it is none of ``names``.
+
+    That is the reference. Without one, a single prior is in the frame of the first other map.
+    """
+    if reference is None and len(priors) == 1:
+        return next((name for name in names if name != priors[0].name), None)
+    return reference
+
+
 def expected_poses(
     priors: Sequence[Prior],
     reference: str | None,
@@ -185,16 +218,11 @@ def expected_poses(
     metres of the priors are those that the reference states; without a reference they are those of some map, whose
     scale is known only within the bounds.
 
-    Raises ``ValueError`` if a map has two priors, or only one map has one.
+    Raises ``ValueError`` if a map has two priors, or only the reference has one.
     """
-    names = [prior.name for prior in priors]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"prior: {name} has more than one")
-    if priors and reference is not None and reference not in names:
+    require_relative(priors, reference)
+    if priors and reference is not None and reference not in [prior.name for prior in priors]:
         priors = [*priors, Prior(reference, 0.0, 0.0, 0.0, 1e-3)]
-    if len(priors) == 1:
-        raise ValueError(f"prior: that of {priors[0].name} alone says nothing; give another map's, or the reference")
     scale = scale or ScaleRange.known()
     either = ScaleRange(min(scale.low, 1.0 / scale.high), max(scale.high, 1.0 / scale.low))
     found = {}

@@ -49,13 +49,13 @@ _TEXTS = {
     Reason.PUBLISHED_RULE: "",
     Reason.LOW_CONFIDENCE: "confidence is below the asked",
 }
-_WITH_DETAIL = (Reason.OTHER_SCALE, Reason.OUTSIDE_SCALES, Reason.LOW_CONFIDENCE)
+_WITH_DETAIL = (Reason.OTHER_SCALE, Reason.OUTSIDE_SCALES, Reason.CONTRADICTS_PRIOR, Reason.LOW_CONFIDENCE)
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """A reason, and a detail that its text ends with: the scale that would fit, the least confidence asked, the
-    score of a published method."""
+    """A reason, and a detail that its text ends with: the scale that would fit, how far the answer is from
+    the prior, the least confidence asked, the score of a published method."""
 
     reason: Reason
     detail: str = ""

@@ -36,8 +36,8 @@ PriorOption = Annotated[
         "--prior",
         metavar="NAME:X,Y,YAW[,SIGMA]",
         help="Approximate pose of a map's frame, X and Y [m] and YAW such as 90deg or 1.57 [rad], in a frame common to "
-        f"all priors, or, if alone, in that of --reference; SIGMA is its uncertainty [m, default {SIGMA:g}]. "
-        "Repeatable.",
+        "all priors; a single one is in the frame of --reference, or of the first other map. SIGMA is its uncertainty "
+        f"[m, default {SIGMA:g}]. Repeatable.",
     ),
 ]
 TrustOption = Annotated[

@@ -203,7 +203,20 @@ def _extension(
     before, inputs = read_merge(folder), added_inputs(folder, add, grey)
     settings = chosen.over(settings_before(before, inputs.maps.resolutions_trusted))
     seed = before["seed"] if seed is None else seed
+    if settings.trust_priors and not chosen.trust_priors:
+        _require_priors(folder, before, inputs.maps.names, settings)
     return _Job(inputs, folder, settings, seed, before, answers_before(folder, inputs.maps, settings, seed), force)
+
+
+def _require_priors(folder: Path, before: Mapping[str, Any], names: Sequence[str], settings: MergeSettings) -> None:
+    """Require a start pose of each map that is added to maps stitched at theirs."""
+    known = {entry["name"] for entry in before["maps"]} | {prior.name for prior in settings.priors}
+    for name in names:
+        if name not in known:
+            raise ValueError(
+                f"--add: {folder} was stitched at start poses, and {name} has none; give --prior {name}:X,Y,YAW, or "
+                "--trust-priors if it lies in the common frame"
+            )
 
 
 def _run(job: _Job, workers: Workers) -> tuple[MergeResult, tuple[Path, ...]]:

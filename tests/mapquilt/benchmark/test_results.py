@@ -15,11 +15,11 @@ from mapquilt.evaluation.statistics import Interval, Share
 from tests.mapquilt.evaluation.examples import BAD, GOOD, evaluated
 
 PAIRS = [
-    evaluated(True, GOOD, name="a", overlap=0.30, world="office", noise=1.0, mission="m0"),
+    evaluated(True, GOOD, name="a", overlap=0.30, world="office", noise=1.0, poses="slam", mission="m0"),
     evaluated(False, GOOD, name="b", overlap=0.29, world="cave", noise=0.0, mission="m0"),
     evaluated(True, BAD, name="c", overlap=0.10, world="cave", noise=1.0, mission="m1"),
     evaluated(True, BAD, name="d", overlap=0.90, identifiable=False, mission="m1"),
-    evaluated(True, GOOD, name="e", overlap=0.50, mission="m2", distorted=True),
+    evaluated(True, GOOD, name="e", overlap=0.50, poses="odometry", mission="m2", distorted=True),
     evaluated(True, None, name="f", negative=True, subset="other worlds", mission="m2", distorted=None),
     evaluated(False, None, name="g", negative=True, subset="nothing in common", mission="m3", distorted=None),
 ]
@@ -40,6 +40,8 @@ def test_each_pair_is_in_its_strata():
         ("distorted", "all"): "e",
         ("noise", "noise 0"): "b",
         ("noise", "noise 1"): "ac",
+        ("poses", "odometry"): "e",
+        ("poses", "slam"): "a",
         ("world", "cave"): "bc",
         ("world", "office"): "a",
         ("negatives", "all"): "fg",

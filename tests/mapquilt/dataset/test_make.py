@@ -391,7 +391,8 @@ def test_the_loader_gives_typed_lazy_samples_and_pairs(tiny):
     )
     assert pair.residual == truth.pairs[pair.target_path.parent.name, pair.source_path.parent.name].residual
     assert pair.target_scale == truth.robot(pair.target_path.parent.name).truth.world_from_map.scale
-    assert (pair.world, pair.noise) == ("office", data.samples[0].record["settings"]["noise"])
+    settings = data.samples[0].record["settings"]
+    assert (pair.world, pair.noise, pair.poses) == ("office", settings["noise"], settings["poses"])
     assert np.array_equal(pair.target.log_odds, data.samples[0].maps().grids[0].log_odds)
     assert len(pair.map_set()) == 2
     assert not pair.map_set().resolutions_trusted

@@ -203,7 +203,7 @@ def test_adding_to_anything_but_a_merge_is_refused(capsys, tmp_path: Path, maps_
         (("--prior", "a:1,2,90grad"), "--prior a:1,2,90grad: '90grad' is no number"),
         (("--prior", "a:1,2,x"), "--prior a:1,2,x: 'x' is no number"),
         (("--prior", "a:1,2,0,-1"), "sigma is -1"),
-        (("--prior", "a:1,2,0"), "alone says nothing"),
+        (("--prior", "a:1,2,0", "--reference", "a"), "that of a alone says nothing"),
         (("--prior", "z:1,2,0", "--reference", "a"), "--prior 'z': must be the name of a map"),
         (("--reference", "z"), "--reference 'z': must be the name of a map: a, b"),
         (("--fusion", "mean"), "--fusion mean: must be one of log_odds, least_entropy, max"),
@@ -241,8 +241,20 @@ def test_stitched_maps_are_marked_as_unverified(maps_of_three: list[Path], tmp_p
     found = pair["target_from_source"]
     assert (found["x"], found["y"], found["yaw"], found["scale"]) == pytest.approx((3.0, 4.0, math.pi / 2.0, 1.0))
     assert record(out)["settings"] == {"merge.trust_priors": True}
-    assert command("merge", out, "--add", maps_of_three[2]) == 0
+    assert "c has none; give --prior c:X,Y,YAW" in refused(capsys, "merge", out, "--add", maps_of_three[2])
+    assert command("merge", out, "--add", maps_of_three[2], "--prior", "c:1,2,0") == 0
     assert [pair["decided_by"] for pair in record(out)["pairs"]] == ["trusted_prior"] * 3
+
+
+def test_a_single_prior_is_in_the_frame_of_the_first_other_map(maps_of_three: list[Path], tmp_path: Path) -> None:
+    for name, prior in (("alone", "b:3,4,90deg"), ("both", "b:3,4,90deg")):
+        options = () if name == "alone" else ("--reference", "a")
+        out = tmp_path / name
+        assert command("merge", *maps_of_three[:2], "--trust-priors", "--prior", prior, *options, "--out", out) == 0
+    alone, both = (record(tmp_path / name)["pairs"] for name in ("alone", "both"))
+    assert alone == both
+    assert command("merge", *maps_of_three[:2], "--prior", "a:0,0,-0.5,20", "--out", tmp_path / "of_the_first") == 0
+    assert command("merge", tmp_path / "of_the_first", "--add", maps_of_three[2]) == 0
 
 
 def test_workers_write_the_same_bytes(maps_of_three: list[Path], tmp_path: Path) -> None:

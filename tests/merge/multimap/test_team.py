@@ -249,6 +249,7 @@ def test_maps_are_not_joined_by_others_against_a_prior(three):
     result = merge_maps(maps, MergeSettings(priors=priors))
     assert not any({"a", "b"} <= group.reference_from_map.keys() for group in result.groups)
     assert any("c" in group.reference_from_map and len(group.reference_from_map) == 2 for group in result.groups)
+    assert "the maps fit 30.0 m and 0 degrees from there" in str(result.pairs[0].refusal)
 
 
 def test_trusted_priors_stitch_maps_that_share_nothing():

@@ -51,7 +51,8 @@ def test_a_pair_is_searched_near_its_prior_if_refused_or_elsewhere(found, again)
         (AMBIGUOUS, ACCEPTED, (True, None, "prior")),
         (answer(THERE), ACCEPTED, (True, None, "prior")),
         (answer(THERE), AMBIGUOUS, (False, Reason.AMBIGUOUS, "prior")),
-        (answer(THERE), answer(THERE), (False, Reason.CONTRADICTS_PRIOR, "prior")),
+        (answer(THERE), answer(HERE, Refusal(Reason.LITTLE_OVERLAP)), (False, Reason.CONTRADICTS_PRIOR, "prior")),
+        (answer(THERE), answer(None, Refusal(Reason.CONTRADICTS_PRIOR)), (False, Reason.CONTRADICTS_PRIOR, "prior")),
         (answer(THERE, Refusal(Reason.LITTLE_OVERLAP)), answer(None), (False, Reason.CONTRADICTS_PRIOR, "prior")),
         (AMBIGUOUS, AMBIGUOUS, (False, Reason.AMBIGUOUS, "pair")),
     ],
@@ -60,6 +61,13 @@ def test_a_prior_recovers_what_it_confirms_and_refuses_what_it_contradicts(befor
     found = verdicts.with_prior(before, near, EXPECTED)
     assert outcome(found) == expected
     assert found.target_from_source in (HERE, None)  # never outside of what the prior allows
+
+
+def test_a_contradiction_says_how_far_off_the_maps_fit():
+    found = verdicts.with_prior(answer(THERE), answer(None, Refusal(Reason.LITTLE_STRUCTURE)), EXPECTED)
+    text = "contradicts the given start poses: the maps fit 8.0 m and 0 degrees from there"
+    assert str(found.refusal) == text
+    assert Refusal.from_text(text) == found.refusal
 
 
 def test_a_guided_answer_counts_only_if_accepted_and_in_agreement():

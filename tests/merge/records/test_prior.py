@@ -1,5 +1,6 @@
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from merge.records.prior import Expected, Extent, Prior, PriorSettings, expected_poses
+from merge.records.prior import Expected, Extent, Prior, PriorSettings, expected_poses, shared_frame
 
 
 def test_two_start_poses_give_the_transform_of_a_pair():
@@ -107,15 +108,31 @@ def test_a_yaw_that_must_be_degrees_is_refused(yaw):
 
 
 @pytest.mark.parametrize(
-    ("priors", "says"),
+    ("priors", "reference", "says"),
     [
-        ([Prior("a", 0, 0, 0)], "that of a alone says nothing"),
-        ([Prior("a", 0, 0, 0), Prior("a", 1, 0, 0)], "a has more than one"),
+        ([Prior("a", 0, 0, 0)], "a", "that of a alone says nothing"),
+        ([Prior("a", 0, 0, 0), Prior("a", 1, 0, 0)], None, "a has more than one"),
     ],
 )
-def test_useless_priors_are_refused(priors, says):
+def test_useless_priors_are_refused(priors, reference, says):
     with pytest.raises(ValueError, match=says):
-        expected_poses(priors, None)
+        expected_poses(priors, reference)
+
+
+def test_a_single_prior_is_in_the_frame_of_the_first_other_map():
+    one, two = Prior("a", 0, 0, 0), Prior("b", 1, 0, 0)
+    assert shared_frame([one], None, ("a", "b", "c")) == "b"
+    assert shared_frame([two], None, ("a", "b", "c")) == "a"
+    assert shared_frame([one], "c", ("a", "b", "c")) == "c"
+    assert shared_frame([one, two], None, ("a", "b", "c")) is None
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_the_distance_is_that_from_the_expected_pose(inverted):
+    at = Similarity2(2.0, 1.0, 0.5)
+    expected = replace(Expected(at, 1.0), inverted=inverted)
+    found = Similarity2(5.0, 5.0, 0.2)
+    assert expected.distance(found.inverse() if inverted else found) == pytest.approx((5.0, 0.3))
 
 
 @pytest.mark.parametrize("sigma", [0.0, -1.0, math.inf])
