@@ -14,14 +14,21 @@ from mapping.io.occupancy_grey import FREE_GREY, UNKNOWN_GREY
 from mapping.io.picture import read_picture
 from worlds.importing.cells import DARK
 
+INK, PAPER, GREATEST_MIDDLE = 64, 224, 0.1
+"""A drawing is dark or light; a robot's map is grey where it knows nothing. Greatest share of pixels in between."""
+
 
 @dataclass(frozen=True, eq=False)
 class CellPlan:
-    """Hold the ``free`` cells (rows, cols) of a plan, row 0 lowest, and their ``resolution`` [m]. ``notes`` are one
-    line each about the file, without its name."""
+    """Hold the ``free`` cells (rows, cols) of a plan, row 0 lowest, and their ``resolution`` [m].
+
+    ``drawn`` is True if a person drew it, who may have written on it. ``notes`` are one line each about the file,
+    without its name.
+    """
 
     free: NDArray[np.bool_]
     resolution: float
+    drawn: bool = False
     notes: tuple[str, ...] = ()
 
 
@@ -42,7 +49,8 @@ def read_plan_picture(path: Path, resolution: float) -> CellPlan:
         notes = (f"has exactly the greys of a map saver, so that {UNKNOWN_GREY}, unknown, is solid",)
     if picture.opaque is not None:
         free |= ~picture.opaque
-    return CellPlan(free[::-1], resolution, notes)
+    middle = np.count_nonzero((picture.grey > INK) & (picture.grey < PAPER))
+    return CellPlan(free[::-1], resolution, drawn=int(middle) <= GREATEST_MIDDLE * picture.grey.size, notes=notes)
 
 
 def read_plan_map(path: Path) -> CellPlan:
@@ -52,4 +60,4 @@ def read_plan_map(path: Path) -> CellPlan:
     ``read_plan_picture``.
     """
     loaded = load_map(path)
-    return CellPlan(loaded.grid.free, loaded.grid.frame.resolution, loaded.warnings)
+    return CellPlan(loaded.grid.free, loaded.grid.frame.resolution, notes=loaded.warnings)

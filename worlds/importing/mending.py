@@ -1,4 +1,4 @@
-"""Mend plans of real places, so that robots can explore them: drop specks, fill pockets, coarsen."""
+"""Mend plans of real places, so that robots can explore them: drop specks and text, fill pockets, coarsen."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from worlds.floor import SMALLEST_PART
 from worlds.importing.cells import MAX_BOXES, box_count, cell_boxes, enclosed_cells
+from worlds.importing.text import without_text
 from worlds.raster import touched_cells, true_raster
 from worlds.world import World
 
@@ -43,18 +44,19 @@ class MendedCells:
 
 
 def mend_cells(
-    free: NDArray[np.bool_], resolution: float, settings: MendingSettings = MendingSettings()
+    free: NDArray[np.bool_], resolution: float, settings: MendingSettings = MendingSettings(), *, drawn: bool = False
 ) -> MendedCells:
     """Mend the ``free`` cells (rows, cols) of a plan of ``resolution`` [m].
 
-    Outdoor areas become solid. Specks are dropped, floor out of the robots' reach is filled, and if the solids still
-    take too many boxes, cells are joined, solid if any of them was. Raises ``ValueError`` if no robot can stand
-    anywhere, or if even the coarsest cells take too many boxes.
+    Outdoor areas become solid. Specks are dropped, and so is text if a person has ``drawn`` the plan. Floor out of the
+    robots' reach is filled, and if the solids still take too many boxes, cells are joined, solid if any of them was.
+    Raises ``ValueError`` if no robot can stand anywhere, or if even the coarsest cells take too many boxes.
     """
     indoors = enclosed_cells(free, resolution)
     indoors, dropped = _without_specks(indoors, settings.largest_speck / resolution**2 + 1e-9)
+    indoors, lettered = without_text(indoors, resolution) if drawn else (indoors, ())
     indoors, filled = _without_pockets(indoors, resolution, settings.radius)
-    cells = MendedCells(indoors, resolution, (*dropped, *filled))
+    cells = MendedCells(indoors, resolution, (*dropped, *lettered, *filled))
     boxes = box_count(~cells.free)
     if boxes <= MAX_BOXES:
         return cells

@@ -16,6 +16,7 @@ from worlds.importing.houseexpo import houseexpo_world, is_houseexpo
 from worlds.importing.mending import fill_pockets, mend_cells
 from worlds.importing.open_rmf import building_world, is_building
 from worlds.importing.svg import read_svg
+from worlds.importing.text import find_text
 from worlds.importing.vector_map import is_vector_map, vector_map_world
 from worlds.world import World
 
@@ -84,6 +85,8 @@ def _read(path: Path, value: Any, options: PlanOptions) -> Read:
 
 def _of_cells(path: Path, plan: CellPlan, mended: bool) -> Read:
     if not mended:
-        return world_from_cells(path.stem, plan.free, plan.resolution), plan.notes
-    cells = mend_cells(plan.free, plan.resolution)
+        letters = len(find_text(plan.free, plan.resolution)[1]) if plan.drawn else 0
+        notes = (f"has {letters} solids that look like letters of text; --from-map drops them",) if letters else ()
+        return world_from_cells(path.stem, plan.free, plan.resolution), (*plan.notes, *notes)
+    cells = mend_cells(plan.free, plan.resolution, drawn=plan.drawn)
     return world_from_cells(path.stem, cells.free, cells.resolution), (*plan.notes, *cells.notes)
