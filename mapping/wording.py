@@ -11,10 +11,20 @@ def counted(number: int, noun: str, plural: str | None = None) -> str:
     return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
 
 
+def merged_count(placed: int, total: int) -> str:
+    """Write the number of merged maps of a group, such as ``2 of 3 maps merged``; a map alone is merged with none."""
+    return f"{placed if placed > 1 else 'none'} of {counted(total, 'map')} merged"
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Ask for the known name that is nearest, such as ``; did you mean office?``; empty if none is near."""
     near = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean {near[0]}?" if near else ""
+
+
+def fixed(value: float, places: int) -> str:
+    """Write a number with fixed decimal places, and a zero without a minus."""
+    return f"{round(value, places) + 0.0:.{places}f}"
 
 
 def duration(seconds: float) -> str:

@@ -65,7 +65,8 @@ app = new_app(
     name="mapquilt",
     help="Simulate teams of robots that map a world, merge their occupancy grids, and score the merge against the "
     "ground truth.\n\nExit status: 0 all merged, 1 some map was refused, 2 bad input, 3 overlap not reached, "
-    "70 internal error, 130 interrupted, 141 output pipe closed, 143 terminated.\n\n"
+    "70 internal error, 75 unfinished (the same command continues), 130 interrupted, 141 output pipe closed, "
+    "143 terminated.\n\n"
     "Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged",
 )
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from mapping.geometry.similarity2 import Similarity2
 from mapping.io.safe_load import printable
 from mapping.map_set import MapSet, Unit
+from mapping.wording import counted, fixed, merged_count
 from mapquilt.viz.text_table import plain_table
 from merge.records.result import MergeResult, PairResult
 
@@ -37,11 +38,6 @@ def warn(warnings: tuple[str, ...]) -> None:
         typer.echo(f"mapquilt: warning: {printable(warning)}", err=True)
 
 
-def count_of_maps(number: int) -> str:
-    """Write a number of maps, such as ``3 maps``."""
-    return f"{number} map" if number == 1 else f"{number} maps"
-
-
 def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -> Table:
     """Tabulate each pair's verdict, confidence and transform, with one standard deviation, in 80 columns.
 
@@ -60,12 +56,11 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
         table.add_row(name, verdict, confidence, *place)
         notes += [f"{name}: {text}" for text in _note(pair)]
         for other in pair.alternatives if alternatives else ():
-            best = "" if pair.evidence is None else f"not {pair.evidence.score:.2f}"
             place = _place(pair, source_unit, other.target_from_source, None)
-            table.add_row(f"or elsewhere, {other.score:.2f}", best, "", *place)
-    merged = len(result.reference_from_map)
-    count = f"{merged} of {len(maps)}" if merged > 1 else f"none of {len(maps)}"
-    summary = f"{count} maps merged, frame of {result.reference}"
+            table.add_row("  or elsewhere", f"score {other.score:.2f}", "", *place)
+        if alternatives and pair.alternatives and pair.evidence is not None:
+            notes.append(f"{name}: score {pair.evidence.score:.2f}, against those of the other places")
+    summary = f"{merged_count(len(result.reference_from_map), len(maps))}, frame of {result.reference}"
     for group in result.groups[1:]:
         if len(group.reference_from_map) > 1:
             summary += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
@@ -102,7 +97,8 @@ def _contradiction(pair: PairResult) -> tuple[str, ...]:
     violation = 0.0 if evidence is None else evidence.local_violation or 0.0
     if evidence is None or violation < LEAST_CONTRADICTION:
         return ()
-    pieces = f", {evidence.conflict_cells:.0f} cells of them in long pieces" if evidence.conflict_cells else ""
+    cells = round(evidence.conflict_cells or 0.0)
+    pieces = f", {counted(cells, 'cell')} of them in long pieces" if cells else ""
     return (f"{100.0 * violation:.0f} % of the common walls lie in free space{pieces}",)
 
 
@@ -115,10 +111,14 @@ def _place(
     x, y, yaw, scale = _deviations(covariance)
     mixed = "" if pair.unit == source_unit else f"\n{pair.unit}/{source_unit}"
     return (
-        f"{transform.yaw:.4f}{yaw}",
+        f"{fixed(transform.yaw, 4)}{yaw}",
         f"{transform.scale:.4f}{scale}{mixed}",
-        f"{transform.x:.2f}, {transform.y:.2f} {pair.unit}{x}{y}",
+        f"{fixed(transform.x, 2)}, {fixed(transform.y, 2)} {_plural(pair.unit)}{x}{y}",
     )
+
+
+def _plural(unit: Unit) -> str:
+    return "cells" if unit == "cell" else unit
 
 
 def _deviations(covariance: NDArray[np.float64] | None) -> tuple[str, str, str, str]:

@@ -13,6 +13,7 @@ from mapping.io.map_yaml import Mode
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.transaction import atomic_folder
 from mapping.io.tum import save_tum
+from mapping.wording import counted
 from mapquilt.convert.convert_map import convert_map
 from mapquilt.convert.reframing import Reframing
 from mapquilt.logs.log_files import is_bag, is_log
@@ -68,7 +69,14 @@ def convert(
         return _convert_log(source, out, to)
     if to != "map":
         raise ValueError(f"{source}: a map cannot be converted to {to}; give a run folder or a robot's log.npz")
-    return Conversion(f"{out}: map", convert_map(source, out, mode or "trinary", unknown_grey, reframing))
+    return _convert_map(source, out, mode or "trinary", unknown_grey, reframing)
+
+
+def _convert_map(source: Path, out: Path, mode: Mode, unknown_grey: UnknownGrey, reframing: Reframing) -> Conversion:
+    made = convert_map(source, out, mode, unknown_grey, reframing)
+    rows, cols = made.frame.shape
+    size = f"{cols} x {rows} cells" + (f" of {made.frame.resolution:.6g} m" if made.unit == "m" else "")
+    return Conversion(f"written: {' and '.join(map(str, made.written))}, {size}", made.warnings)
 
 
 def _by_ending(out: Path) -> Format:
@@ -80,14 +88,13 @@ def _by_ending(out: Path) -> Format:
 def _convert_log(source: Path, out: Path, to: Format) -> Conversion:
     if to not in ("tum", "carmen"):
         raise ValueError(f"{source}: a robot's log can be converted to tum or carmen, not {to}")
-    if not out.parent.is_dir():
-        raise ValueError(f"{out.parent}: no such folder")
     log = load_robot_log(source)
+    out.parent.mkdir(parents=True, exist_ok=True)
     if to == "tum":
         save_tum(out, log.odometry)
-        return Conversion(f"{out}: odometry, {len(log.scans)} poses")
+        return Conversion(f"written: {out}, odometry of {counted(len(log.scans), 'pose')}")
     save_carmen(out, log)
-    return Conversion(f"{out}: {len(log.scans)} scans")
+    return Conversion(f"written: {out}, {counted(len(log.scans), 'scan')}")
 
 
 def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
@@ -98,7 +105,10 @@ def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
     write = {"tum": _write_tum, "carmen": _write_carmen, "rosbag": _write_bag}[to]
     with atomic_folder(out) as folder:
         write(folder, robots)
-    return Conversion(f"{out}: {to} of {len(robots)} logs, {sum(len(robot.log.scans) for robot in robots)} scans")
+    return Conversion(
+        f"written: {out}, {to} of {counted(len(robots), 'log')}, "
+        f"{counted(sum(len(robot.log.scans) for robot in robots), 'scan')}"
+    )
 
 
 def _require_new_folder(out: Path) -> None:

@@ -106,7 +106,9 @@ def _topic(reader: AnyReader, kind: str, name: str | None, option: str) -> list[
         what = f"of type {found[0].msgtype}" if found else "not in the bag"
         raise ValueError(f"{option} {name} is {what}, must be {_kind(kind)}: {', '.join(sorted(topics)) or 'none'}")
     if len(topics) > 1:
-        raise ValueError(f"{len(topics)} topics of {_kind(kind)}; choose with {option}: {', '.join(sorted(topics))}")
+        raise ValueError(
+            f"{len(topics)} topics of {_kind(kind)}; `mapquilt map {option}` takes one of {', '.join(sorted(topics))}"
+        )
     return next(iter(topics.values()), None)
 
 

@@ -121,7 +121,9 @@ def _filter(
     recorded: RecordedLog, settings: MappingSettings, on_scan: Callable[[int], None], index: int
 ) -> tuple[SlamResult, OccupancyGrid]:
     if not recorded.has_odometry:
-        raise ValueError(f"has no odometry, which --mapper {PARTICLE} needs; give one by --odometry")
+        raise ValueError(
+            f"has no odometry, which --mapper {PARTICLE} needs; `mapquilt map --odometry` takes a file of it"
+        )
     filtered = particle_filter(
         recorded.log,
         settings.particle,
@@ -139,6 +141,8 @@ def _estimate(recorded: RecordedLog, settings: MappingSettings, on_scan: Callabl
             raise ValueError(f"has no reference poses; choose other --poses: {', '.join(FRONT_ENDS)}")
         return without_graph(recorded.reference.from_start())
     if settings.poses == "odometry" and not recorded.has_odometry:
-        raise ValueError("has no odometry; give one by --odometry, or choose other --poses")
+        raise ValueError(
+            "has no odometry; `mapquilt map` takes a file of it by --odometry, and maps without it by other --poses"
+        )
     motion = replace(settings.slam.motion, odometry=settings.slam.motion.odometry and recorded.has_odometry)
     return FRONT_ENDS[settings.poses](recorded.log, replace(settings.slam, motion=motion), on_scan)

@@ -10,12 +10,15 @@ import numpy as np
 
 from mapping.io.map_file import LoadedMap, UnknownGrey, load_map, require_known
 from mapping.map_set import MapSet
+from mapquilt.merging.map_names import map_names
 
 
 def load_map_files(paths: Sequence[Path], unknown_grey: UnknownGrey = None) -> tuple[MapSet, tuple[str, ...]]:
     """Load map files (map_server YAML, or bare pictures) and return them with the warnings of reading.
 
-    A map is named after its file, or by its path if two files share a name. ``unknown_grey`` is that of ``load_map``.
+    A map is named by the shortest end of its path that no other has (``map_names``). ``unknown_grey`` is that
+    of ``load_map``.
+
     Raises ``ValueError`` or ``OSError`` naming every file that cannot be used, or one that is given twice, and if there
     is only one.
     """
@@ -36,16 +39,21 @@ def load_map_files(paths: Sequence[Path], unknown_grey: UnknownGrey = None) -> t
             raise ValueError(f"{first}: is given twice; a map cannot be merged with itself")
         if first.samefile(second):
             raise ValueError(f"{first} and {second} are the same file; a map cannot be merged with itself")
-    stems = [path.stem for path in paths]
-    names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
-    warnings = tuple(f"{path}: {text}" for path, entry in zip(paths, loaded, strict=True) for text in entry.warnings)
+    warnings = tuple(text for path, entry in zip(paths, loaded, strict=True) for text in map_warnings(path, entry))
     maps = MapSet(
-        names=tuple(names),
+        names=map_names(paths),
         grids=tuple(entry.grid for entry in loaded),
         units=tuple(entry.unit for entry in loaded),
         provenance={"source": "files"},
     )
     return maps, warnings
+
+
+def map_warnings(path: Path, loaded: LoadedMap) -> tuple[str, ...]:
+    """Return the warnings of reading a map, and that its resolution is unknown, each with the file."""
+    no_resolution = "states no resolution, so its lengths are in cells; a map_server YAML that names it states one"
+    texts = (*loaded.warnings, *((no_resolution,) if loaded.unit == "cell" else ()))
+    return tuple(f"{path}: {text}" for text in texts)
 
 
 def _load_all(paths: Sequence[Path], unknown_grey: UnknownGrey) -> list[LoadedMap]:

@@ -8,11 +8,14 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from mapping.io.map_file import map_files
+from mapping.io.safe_load import printable
 from mapping.io.transaction import LEDGER_FILE, change_files, written_files
+from mapping.map_set import Unit
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import record_bytes
 from mapquilt.merging.merge_file import group_stems, has_files, merge_record
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, run_inputs
+from mapquilt.merging.remedies import mirrored_fit, remedy
 from mapquilt.merging.spare_maps import spare_maps
 from mapquilt.merging.transforms_file import transforms_text
 from mapquilt.runs import folder as run_folder
@@ -54,13 +57,28 @@ def merge_files(
     for index, group in enumerate(result.groups):
         if has_files(group, index):
             merged, conflicts = group_stems(index)
-            files |= map_files(group.merged, folder / merged) | map_files(group.conflicts, folder / conflicts)
+            unit = inputs.maps.units[inputs.maps.names.index(group.reference)]
+            for grid, stem in ((group.merged, merged), (group.conflicts, conflicts)):
+                files |= _with_unit(map_files(grid, folder / stem), unit, group.reference)
     files[folder / run_folder.TRANSFORMS_FILE] = transforms_text(inputs.maps, result).encode()
     files[folder / run_folder.MERGE_PICTURE] = figure_png(merge_figure(inputs.maps, result.groups))
     refused = pairs_to_show(result)
     if refused:
-        files[folder / run_folder.REFUSED_PICTURE] = figure_png(refused_figure(inputs.maps, refused))
+        remedies = [remedy(pair, inputs.maps, settings) for pair in refused]
+        mirrored = [mirrored_fit(pair, inputs.maps, settings, seed) for pair in refused]
+        files[folder / run_folder.REFUSED_PICTURE] = figure_png(
+            refused_figure(inputs.maps, refused, remedies, mirrored)
+        )
     return {**files, path: record}
+
+
+def _with_unit(files: dict[Path, bytes], unit: Unit, reference: str) -> dict[Path, bytes]:
+    """Say in the YAML of a map in cells that its resolution of 1 is no metre."""
+    if unit == "m":
+        return files
+    name = printable(reference)
+    note = f"# {name} states no resolution: lengths are in its cells, and 1.0 is no size in metres.\n".encode()
+    return {path: note + data if path.suffix == ".yaml" else data for path, data in files.items()}
 
 
 def write_merge(

@@ -17,7 +17,8 @@ from mapping.io.map_yaml import image_path, read_map_yaml
 from mapping.io.safe_path import safe_path
 from mapping.map_set import MapSet
 from mapquilt.json_file import read_record
-from mapquilt.merging.load_maps import load_map_files
+from mapquilt.merging.load_maps import load_map_files, map_warnings
+from mapquilt.merging.map_names import known_name, map_names
 from mapquilt.runs import folder as run_folder
 
 INPUTS = "inputs"
@@ -74,12 +75,16 @@ def added_inputs(folder: Path, paths: Sequence[Path], unknown: UnknownGrey) -> M
             )
         maps[name] = load_map(file, unknown_grey=entry["unknown"])
         files[name], greys[name] = entry["file"], entry["unknown"]
-    warnings = []
-    for path in paths:
+    warnings: list[str] = []
+    known = tuple(maps)
+    for path, own_name in zip(paths, map_names(paths), strict=True):
         loaded = require_known(load_map(path, unknown_grey=unknown))
-        warnings += [f"{path}: {text}" for text in loaded.warnings]
+        warnings += map_warnings(path, loaded)
+        name = known_name(path, known) or own_name
+        if name in known:
+            warnings.append(f"{path}: replaces the map {name} of the merge")
         kept = _copies(path, _free_index(files.values()))
-        maps[path.stem], files[path.stem], greys[path.stem] = loaded, next(iter(kept)), unknown
+        maps[name], files[name], greys[name] = loaded, next(iter(kept)), unknown
         copies.update(kept)
     merged = MapSet(
         names=tuple(maps),

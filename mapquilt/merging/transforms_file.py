@@ -8,19 +8,22 @@ from typing import Any
 import yaml
 
 from mapping.geometry.similarity2 import Similarity2
-from mapping.map_set import MapSet
+from mapping.map_set import MapSet, Unit
+from mapping.wording import fixed
 from merge.records.result import MergedGroup, MergeResult
 
 _NOT_IN_A_FRAME = re.compile(r"[^A-Za-z0-9_/]+")
 
 _HEADER = """\
-# Transform of each map into the frame of its group's reference: x, y [metres as the reference states them], yaw [rad].
+# Transform of each map into the frame of its group's reference: x, y [unit: m as the reference states them, or cell if
+# it states no resolution], yaw [rad].
 # p_reference = matrix @ (x, y, 1); matrix = [[s cos, -s sin, x], [s sin, s cos, y], [0, 0, 1]] with s the scale.
 """
 
 
 def transforms_text(maps: MapSet, result: MergeResult) -> str:
-    """Write one entry per joined map: its transform, as a matrix too, and a command that publishes it to tf.
+    """Write one entry per joined map: its transform, as a matrix too, and a command that publishes it to tf if the
+    reference is in metres.
 
     tf has no scale. If the scale is not 1, ``publish_with`` holds the resolution and origin to serve the map with, so
     that its metres are those of the reference.
@@ -42,11 +45,11 @@ def pasted_transforms(maps: MapSet, result: MergeResult) -> tuple[str, ...]:
 
 
 def _pasted(maps: MapSet, reference: str, name: str, place: Similarity2) -> str:
-    unit = maps.units[maps.names.index(reference)]
-    rows = (", ".join(f"{value:.5f}" for value in row) for row in place.matrix())
+    unit = _unit(maps, reference)
+    rows = (", ".join(fixed(value, 5) for value in row) for row in place.matrix())
     lines = [
-        f"# {reference} from {name}: x, y [{unit}], yaw [rad], scale",
-        f"{{x: {place.x:.6f}, y: {place.y:.6f}, yaw: {place.yaw:.9f}, scale: {place.scale:.6f}}}",
+        f"# {reference} from {name}: x, y [{'cells' if unit == 'cell' else unit}], yaw [rad], scale",
+        f"{{x: {fixed(place.x, 6)}, y: {fixed(place.y, 6)}, yaw: {fixed(place.yaw, 9)}, scale: {place.scale:.6f}}}",
         f"[{', '.join(f'[{row}]' for row in rows)}, [0, 0, 1]]",
     ]
     if unit == "m" and _is_scaled(place):
@@ -58,6 +61,7 @@ def _pasted(maps: MapSet, reference: str, name: str, place: Similarity2) -> str:
 def _group(maps: MapSet, group: MergedGroup) -> dict[str, Any]:
     return {
         "reference": group.reference,
+        "unit": _unit(maps, group.reference),
         "maps": [_entry(maps, group.reference, name, place) for name, place in group.reference_from_map.items()],
     }
 
@@ -66,15 +70,19 @@ def _entry(maps: MapSet, reference: str, name: str, place: Similarity2) -> dict[
     frame = maps.grids[maps.names.index(name)].frame
     entry: dict[str, Any] = {"name": name, "x": place.x, "y": place.y, "yaw": place.yaw, "scale": place.scale}
     entry["matrix"] = [*place.matrix().tolist(), [0.0, 0.0, 1.0]]
-    if _is_scaled(place):
+    if _is_scaled(place) and _unit(maps, reference) == "m":
         origin = frame.origin
         entry["publish_with"] = {
             "resolution": frame.resolution * place.scale,
             "origin": [origin.x * place.scale, origin.y * place.scale, origin.yaw],
         }
-    if name != reference:
+    if name != reference and _unit(maps, reference) == "m":
         entry["static_transform_publisher"] = _publisher(reference, name, place)
     return entry
+
+
+def _unit(maps: MapSet, name: str) -> Unit:
+    return maps.units[maps.names.index(name)]
 
 
 def _is_scaled(place: Similarity2) -> bool:
@@ -84,11 +92,11 @@ def _is_scaled(place: Similarity2) -> bool:
 def _publisher(reference: str, name: str, place: Similarity2) -> str:
     """Write the command of ROS 2 that publishes a map's transform, without its scale, to tf."""
     return (
-        f"ros2 run tf2_ros static_transform_publisher --x {place.x:.6f} --y {place.y:.6f} --z 0 "
-        f"--yaw {place.yaw:.9f} --pitch 0 --roll 0 --frame-id {_frame(reference)} --child-frame-id {_frame(name)}"
+        f"ros2 run tf2_ros static_transform_publisher --x {fixed(place.x, 6)} --y {fixed(place.y, 6)} --z 0 "
+        f"--yaw {fixed(place.yaw, 9)} --pitch 0 --roll 0 --frame-id {_frame(reference)} --child-frame-id {_frame(name)}"
     )
 
 
 def _frame(name: str) -> str:
-    """Name a map's tf frame as in the bag of `mapquilt convert --to rosbag`."""
-    return f"{_NOT_IN_A_FRAME.sub('_', name)}/map"
+    """Name a map's tf frame as in the bag of `mapquilt convert --to rosbag`; tf2 refuses a slash in front."""
+    return f"{_NOT_IN_A_FRAME.sub('_', name).strip('/')}/map"

@@ -10,14 +10,15 @@ from matplotlib.figure import Figure
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
+from mapping.wording import merged_count
 from mapquilt.evaluation.map_quality import align_to_world
 from mapquilt.merging.merge_file import GroupRecord
 from mapquilt.runs.truth_file import RunTruth
 from mapquilt.scoring.run_score import RunScore
 from mapquilt.scoring.true_scene import TrueScene
-from mapquilt.viz.merge_picture import count_of_merged, extent_of, show_all_walls, show_grid
+from mapquilt.viz.merge_picture import LONGEST_REFERENCE, extent_of, merged_title, show_all_walls, show_grid
 from mapquilt.viz.palette import TRUE_WALL, map_colours, robot_colour
-from mapquilt.viz.panels import lay_out, write_title
+from mapquilt.viz.panels import lay_out, short_name, write_title
 from mapquilt.viz.png import default_style
 
 LEGEND_COLUMNS, LEGEND_ROW_INCHES = 5, 0.17
@@ -39,10 +40,13 @@ def overview_figure(
     _show_world(panels[0], scene)
     for number, (panel, (group, merged)) in enumerate(zip(panels[1:], groups, strict=False)):
         show_grid(panel, merged)
-        title = "merged map" if len(groups) == 1 else f"merged map {number + 1}"
+        title = merged_title(group.reference, group.reference_from_map, number + 1 if len(groups) > 1 else None)
         details = _quality(score, group)
         write_title(
-            panel, title, f"{count_of_merged(group.reference_from_map, maps)}, frame of {group.reference}{details}"
+            panel,
+            title,
+            f"{merged_count(len(group.reference_from_map), len(maps))}, frame of "
+            f"{short_name(group.reference, LONGEST_REFERENCE)}{details}",
         )
     _show_over_truth(panels[1 + len(groups)], scene, maps, truth, [group for group, _ in groups])
     colours = map_colours(maps.names)
@@ -64,8 +68,8 @@ def _show_world(panel: Axes, scene: TrueScene) -> None:
         colour = robot_colour(index)
         panel.plot(path[:, 0], path[:, 1], color=colour, linewidth=1.1, label=name)
         panel.plot(*path[0, :2], "o", color=colour, markersize=5, markeredgecolor="white")
-    panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, -0.04), frameon=False, ncols=LEGEND_COLUMNS)
-    write_title(panel, scene.name, "true paths, starts as dots [m]")
+    panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0.0, -0.06), frameon=False, ncols=LEGEND_COLUMNS)
+    write_title(panel, scene.name, "true paths, starts as dots")
 
 
 def _show_over_truth(
@@ -78,4 +82,4 @@ def _show_over_truth(
             world_from_reference = align_to_world(maps, world_from_map, group.reference_from_map)
             placed = {name: world_from_reference @ place for name, place in group.reference_from_map.items()}
             show_all_walls(panel, maps, placed)
-    write_title(panel, "merged walls", "over the true ones (grey) [m]")
+    write_title(panel, "merged walls", "over the true ones (grey)")

@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.wording import counted
 from mapquilt.viz.merge_picture import extent_of, show_grid
 from mapquilt.viz.palette import FENCE, INK, map_colours, robot_colour
-from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, lay_out, write_title
+from mapquilt.viz.panels import ABOVE, BELOW, LEFT, RIGHT, Extent, label_axes, lay_out, write_title
 from mapquilt.viz.png import default_style
 
 LONGER_SIDE = 8.0
@@ -52,13 +53,14 @@ def log_map_figure(
     colour = robot_colour(0)
     panel.plot(*path.T, color=colour, linewidth=1.0, label="path")
     if keyframes.size:
-        panel.plot(*path[keyframes].T, ".", color=colour, markersize=2.5, label=f"{keyframes.size} keyframes")
+        panel.plot(*path[keyframes].T, ".", color=colour, markersize=2.5, label=counted(keyframes.size, "keyframe"))
     if loops:
         lines = [path[list(pair)] for pair in loops]
-        panel.add_collection(LineCollection(lines, colors=FENCE, linewidths=0.8, label=f"{len(loops)} loops"))
+        panel.add_collection(LineCollection(lines, colors=FENCE, linewidths=0.8, label=counted(len(loops), "loop")))
     panel.plot(*path[0], "o", color=colour, markersize=6, markeredgecolor="white", label="start")
     panel.plot(*path[-1], "s", color=colour, markersize=5, markeredgecolor="white", label="end")
     panel.tick_params(labelsize=7, colors=INK, length=2)
+    label_axes(panel, "m")
     for spine in panel.spines.values():
         spine.set_color("#d0d4d9")
     panel.legend(

@@ -15,10 +15,14 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
+from mapping.wording import counted, merged_count
 from mapquilt.viz.palette import CONFLICT, CONFLICT_FREE, FREE, UNKNOWN, at_screen_size, map_colours, of_255, picture
-from mapquilt.viz.panels import Extent, lay_out, write_title
+from mapquilt.viz.panels import Extent, lay_out, short_name, write_title
 from mapquilt.viz.png import default_style
 from merge.records.result import MergedGroup
+
+LONGEST_REFERENCE = 20
+"""Number of letters of a name that leave room for other words."""
 
 OPACITY = 0.9
 """Opacity of a map's walls where they cover those of other maps."""
@@ -34,18 +38,20 @@ def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
     shown = [group for index, group in enumerate(groups) if index == 0 or len(group.reference_from_map) > 1]
     overlays = [group for group in shown if len(group.reference_from_map) > 1]
     figure, panels = lay_out(
-        [extent_of(grid) for grid in (*(group.merged for group in (*shown, *overlays)), *maps.grids)]
+        [extent_of(grid) for grid in (*(group.merged for group in (*shown, *overlays)), *maps.grids)],
+        units=[*(maps.units[maps.names.index(group.reference)] for group in (*shown, *overlays)), *maps.units],
     )
     number_of = {name: number for number, group in enumerate(shown, 1) for name in group.reference_from_map}
     for number, (panel, group) in enumerate(zip(panels, shown, strict=False), 1):
         show_grid(panel, group.merged)
         _show_conflicts(panel, group)
         conflicts = int(np.count_nonzero(group.conflicts.occupied))
-        details = f", {conflicts} cells in conflict (red; pale if free)" if conflicts else ""
+        details = f", {counted(conflicts, 'cell')} in conflict (red; pale if free)" if conflicts else ""
         write_title(
             panel,
-            "merged map" if len(shown) == 1 else f"merged map {number}",
-            f"{count_of_merged(group.reference_from_map, maps)}, frame of {group.reference}{details}",
+            merged_title(group.reference, group.reference_from_map, number if len(shown) > 1 else None),
+            f"{merged_count(len(group.reference_from_map), len(maps))}, frame of "
+            f"{short_name(group.reference, LONGEST_REFERENCE)}{details}",
         )
     for panel, group in zip(panels[len(shown) :], overlays, strict=False):
         show_grid(panel, group.merged, walls=False)
@@ -58,7 +64,8 @@ def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
     ):
         show_grid(panel, grid)
         joined = "" if len(shown) == 1 else f"in merged map {number_of.get(name)}"
-        write_title(panel, name, joined if name in number_of else "not merged", colour)
+        merged = any(name in each.reference_from_map for each in overlays)
+        write_title(panel, name, joined if merged else "not merged", colour)
     return figure
 
 
@@ -68,8 +75,11 @@ def _show_conflicts(panel: Axes, group: MergedGroup) -> None:
         show_walls(panel, OccupancyGrid(conflicts.frame, cells.astype(np.float32)), colour, Similarity2(), zorder=1.0)
 
 
-def count_of_merged(placed: Mapping[str, Similarity2], maps: MapSet) -> str:
-    return f"{len(placed)} of {len(maps)} maps"
+def merged_title(reference: str, placed: Mapping[str, Similarity2], number: int | None) -> str:
+    """Title the map of a group; one that holds a single map by its name."""
+    if len(placed) == 1:
+        return f"{short_name(reference, LONGEST_REFERENCE)} alone"
+    return "merged map" if number is None else f"merged map {number}"
 
 
 def extent_of(grid: OccupancyGrid) -> Extent:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from mapping.geometry.se2 import SE2
+from mapping.wording import counted
 from mapquilt.viz.palette import FENCE, INK, robot_colour
 from mapquilt.viz.png import default_style, figure_png
 from worlds.families.registry import FAMILIES, make_world
@@ -24,6 +25,8 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
     """Draw a world as PNG: obstacles, dashed fence, starts with their headings, width and height [m]."""
     from matplotlib.figure import Figure
 
+    from mapquilt.viz.panels import label_axes
+
     width, height = world.size
     long = 9.0 / max(width, height)
     figure = Figure(
@@ -31,6 +34,7 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
     )
     panel = figure.add_subplot()
     draw_world(panel, world)
+    label_axes(panel, "m")
     arrow = max(world.size) / 25.0
     for index, start in enumerate(starts):
         tip = (start.x + arrow * math.cos(start.yaw), start.y + arrow * math.sin(start.yaw))
@@ -40,7 +44,7 @@ def world_picture(world: World, starts: Sequence[SE2], seed: int) -> bytes:
     _dimension(panel, (0.0, -0.06 * max(world.size)), (width, -0.06 * max(world.size)), f"{width:g} m")
     _dimension(panel, (-0.06 * max(world.size), 0.0), (-0.06 * max(world.size), height), f"{height:g} m")
     panel.set_title(
-        f"{world.name}, seed {seed}: {len(world.obstacles)} solids",
+        f"{world.name}, seed {seed}: {counted(len(world.obstacles), 'solid')}",
         fontsize=10,
         color=INK,
         loc="left",

@@ -39,7 +39,10 @@ def read_dxf(path: Path, metres_per_unit: float | None) -> tuple[World, tuple[st
         drawing = ezdxf.readfile(path)  # type: ignore[attr-defined]
     if metres_per_unit is None:
         if not drawing.units:
-            raise ValueError("the drawing states no unit ($INSUNITS); give --plan-resolution, in metres a unit")
+            raise ValueError(
+                "the drawing states no unit ($INSUNITS); give --plan-resolution (plan_resolution of a data set), in "
+                "metres a unit"
+            )
         metres_per_unit = units.conversion_factor(InsertUnits(drawing.units), InsertUnits.Meters)
     segments: list[NDArray[np.float64]] = []
     for entity in disassemble.recursive_decompose(drawing.modelspace()):

@@ -34,7 +34,7 @@ def building_world(name: str, record: Mapping[str, Any], level: str | None = Non
     levels = {str(key): each for key, each in record["levels"].items()}
     names = ", ".join(levels)
     if level is None and len(levels) != 1:
-        raise ValueError(f"has {len(levels)} levels: {names}; choose one by --level")
+        raise ValueError(f"has {len(levels)} levels: {names}; choose one by --level (level of a data set)")
     chosen = next(iter(levels)) if level is None else level
     if chosen not in levels:
         raise ValueError(f"has no level {level}, only {names}")

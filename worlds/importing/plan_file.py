@@ -65,7 +65,9 @@ def _read(path: Path, value: Any, options: PlanOptions) -> Read:
     if options.resolution is not None and not (math.isfinite(options.resolution) and options.resolution > 0.0):
         raise ValueError(f"the plan's resolution is {options.resolution:g} m a pixel, must be positive and finite")
     if ending in (*PICTURES, ".svg") and options.resolution is None:
-        raise ValueError("a plan that is a picture needs --plan-resolution, in metres a pixel")
+        raise ValueError(
+            "a plan that is a picture needs --plan-resolution (plan_resolution of a data set), in metres a pixel"
+        )
     if ending in PICTURES:
         return _of_cells(path, read_plan_picture(path, options.resolution or 0.0), options.mended)
     if ending == ".svg":

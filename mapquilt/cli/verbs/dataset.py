@@ -50,6 +50,7 @@ def init(
         raise ValueError(f"--from {ready}: must be one of {', '.join(READY)}")
     if out.exists():
         raise ValueError(f"{out}: exists already")
+    out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes_atomically(out, ready_spec(ready).encode())
     print_table(f"{out}: edit it, then mapquilt dataset make {out} --out DIR")
     return 0
@@ -195,6 +196,7 @@ def stats(
 
     Example: mapquilt dataset stats data --out stats.png
     """
+    out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes_atomically(out, figure_png(draw_figures(read_manifest(folder).samples)))
     print_table(f"{out}: drawn")
     return 0

@@ -13,6 +13,8 @@ import typer
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.io.map_file import UnknownGrey
+from mapping.io.safe_load import printable
+from mapping.wording import counted
 from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
 from mapquilt.cli.merge_notes import advice, files_note, transform_notes
 from mapquilt.cli.options.files import Unknown, path, unknown_grey
@@ -242,7 +244,8 @@ def _print_result(job: _Job, result: MergeResult, written: Sequence[Path], alter
     print_table(merge_table(job.inputs.maps, result, alternatives))
     notes = [transform_notes(job.inputs.maps, result)]
     if job.may_write(result):
-        notes.append(files_note(job.folder, written))
+        alone = result.reference if len(result.reference_from_map) == 1 else None
+        notes.append(files_note(job.folder, written, alone))
     for note in filter(None, notes):
         typer.echo(f"\n{note}")
 
@@ -253,9 +256,9 @@ def _print_warnings(job: _Job, result: MergeResult, written: Sequence[Path]) -> 
     if job.before is not None and job.before["reference"] != result.reference:
         old = job.before["reference"]
         warn((f"the frame of the answer is now that of {result.reference}, and no longer that of {old}",))
-    for name, reason in result.left_out.items():
-        typer.echo(f"mapquilt: {name} was not merged: {reason}", err=True)
-    for tip in advice(result, job.folder if written else None):
+    for name in result.left_out:
+        typer.echo(f"mapquilt: {printable(name)} was not merged", err=True)
+    for tip in advice(job.inputs.maps, result, job.settings, job.folder if written else None):
         typer.echo(f"mapquilt: try: {tip}", err=True)
     for first, second in job.lost(result)[:1]:
         typer.echo(
@@ -272,9 +275,13 @@ def _merge_dataset(folder: Path, settings: MergeSettings, seed: int, workers: Wo
     with Runner(workers) as runner, count_progress("samples") as on_progress:
         left_out = merge_samples(folder, settings, seed, runner, on_progress)
     refused = {name: names for name, names in left_out.items() if names}
+    without = ""
+    if refused:
+        maps = counted(sum(map(len, refused.values())), "map")
+        without = f"; {maps} refused, in {counted(len(refused), 'sample')}"
     print_table(
-        f"{folder}: {len(left_out)} samples merged in place, {len(refused)} of them without "
-        f"{sum(map(len, refused.values()))} refused maps; mapquilt score {folder} compares them with the truth"
+        f"{folder}: {counted(len(left_out), 'sample')} merged in place{without}; mapquilt score {folder} compares them "
+        "with the truth"
     )
     return SOME_REFUSED if refused else ALL_MERGED
 

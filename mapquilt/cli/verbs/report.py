@@ -11,6 +11,7 @@ import typer
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.transaction import change_files, finish_transaction
+from mapping.wording import counted
 from mapquilt.benchmark.files import SUMMARY_FILE
 from mapquilt.cli.tables import print_table
 from mapquilt.dataset.manifest import is_dataset
@@ -47,7 +48,8 @@ def report(
     else:
         write_bytes_atomically(path, page.encode())
     print_table(
-        f"{path}: {len(content.answers)} answers of the {content.kind} {content.name}, {len(page) / 1e6:.1f} MB"
+        f"{path}: {counted(len(content.answers), 'answer')} of the {content.kind} {content.name}, "
+        f"{len(page) / 1e6:.1f} MB"
     )
     return 0
 

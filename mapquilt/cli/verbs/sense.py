@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from mapping.settings import LOG_ODDS
+from mapping.wording import counted
 from mapquilt.cli.exit_status import ALL_MERGED
 from mapquilt.cli.options.files import Out, RunFolder
 from mapquilt.cli.options.sensing import (
@@ -22,7 +23,7 @@ from mapquilt.cli.options.sensing import (
     SetOption,
     sample_settings,
 )
-from mapquilt.cli.tables import count_of_maps, print_table
+from mapquilt.cli.tables import print_table
 from mapquilt.jobs.progress import count_progress, mapping_label
 from mapquilt.runs.stages import run_seed, sense_run
 
@@ -63,6 +64,6 @@ def sense(
     )
     with count_progress(mapping_label()) as on_mapping:
         mission = sense_run(run, out, settings, on_mapping)
-    made = count_of_maps(len(mission.robots) * parts)
+    made = counted(len(mission.robots) * parts, "map")
     print_table(f"{out}: {made} of {mission.world.name} from {run}, noise {noise:g}")
     return ALL_MERGED

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mapping.settings import LOG_ODDS
+from mapping.wording import counted
 from mapquilt.cli.exit_status import ALL_MERGED, NOT_REACHED
 from mapquilt.cli.options.files import Out
 from mapquilt.cli.options.mission import (
@@ -34,7 +35,7 @@ from mapquilt.cli.options.sensing import (
     sample_settings,
 )
 from mapquilt.cli.options.world import FromMap, Height, Level, PlanResolution, Width, WorldName
-from mapquilt.cli.tables import count_of_maps, print_table, warn
+from mapquilt.cli.tables import print_table, warn
 from mapquilt.jobs.progress import mission_progress
 from mapquilt.runs.coverage_file import coverage_line
 from mapquilt.runs.folder import spare_inputs
@@ -124,7 +125,7 @@ def simulate(
     with mission_progress(mission.duration) as (on_progress, on_mapping):
         made = simulate_run(out, opened, mission, sample, seed, on_progress, paths, on_mapping)
     print_table(
-        f"{out}: {count_of_maps(len(mission.robots))} of {opened.name}, seed {seed}, "
+        f"{out}: {counted(len(mission.robots), 'map')} of {opened.name}, seed {seed}, "
         f"{mission.duration:g} s, noise {sample.sensing.noise:g}"
     )
     print_table(coverage_line(out))

@@ -10,6 +10,7 @@ import yaml
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.seeds import Role, stream
+from mapping.wording import counted
 from mapquilt.cli.application import new_app
 from mapquilt.cli.options.mission import SEED
 from mapquilt.cli.options.world import FromMap, Height, Level, PlanResolution, Width, WorldName
@@ -62,8 +63,11 @@ def show(
     warn(notes)
     starts = random_starts(stream(seed, Role.STARTS), opened, robots) if robots else ()
     path = Path(f"{opened.name}-{seed}.png") if out is None else out
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes_atomically(path, world_picture(opened, starts, seed))
-    print_table(f"{path}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {len(opened.obstacles)} solids")
+    print_table(
+        f"{path}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {counted(len(opened.obstacles), 'solid')}"
+    )
 
 
 @worlds_app.command()
@@ -89,8 +93,11 @@ def make(
     check_record(out, "world", record)
     is_yaml = out.suffix.lower() in YAMLS
     text = yaml.safe_dump(record, sort_keys=False, default_flow_style=None) if is_yaml else to_text(record)
+    out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes_atomically(out, text.encode())
-    print_table(f"{out}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {len(opened.obstacles)} solids")
+    print_table(
+        f"{out}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {counted(len(opened.obstacles), 'solid')}"
+    )
 
 
 @worlds_app.command()
@@ -102,5 +109,6 @@ def sheet(
 
     Example: mapquilt worlds sheet --out worlds.png
     """
+    out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes_atomically(out, sheet_picture(seed))
     print_table(f"{out}: {len(FAMILIES)} worlds, seed {seed}")

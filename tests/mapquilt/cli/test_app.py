@@ -20,7 +20,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
 from mapquilt.cli.app import load_verb
-from mapquilt.cli.merge_notes import ADVICE
+from mapquilt.merging.remedies import ADVICE
 from merge.records.verdict import Reason
 from tests.conftest import command, hashes
 
@@ -321,7 +321,7 @@ def test_two_copies_of_one_map_merge(capsys, two_maps, tmp_path):
     printed = capsys.readouterr().out
     assert "accepted" in printed
     assert {name for name in written if not name.startswith(("inputs/", "."))} <= set(re.split(r"[\s,]+", printed))
-    assert "inputs/ (4 files" in printed
+    assert "inputs/ (copies of 2 given maps)" in " ".join(printed.split())
 
 
 def test_a_merge_without_out_says_that_nothing_was_written(capsys, two_maps, tmp_path, monkeypatch):
@@ -365,6 +365,8 @@ def test_a_refusal_ends_with_what_to_try_and_a_picture_of_the_two_placements(cap
     assert "none of 2 maps merged, frame of a" in captured.out
     assert captured.err.splitlines()[-1].endswith(str(tmp_path / "merged/refused.png"))
     assert captured.err.splitlines()[-2].startswith("mapquilt: try: ")
+    (reason,) = re.findall(r"a <- b: refused: (.*)", captured.out)
+    assert reason not in captured.err
     assert cv2.imread(str(tmp_path / "merged/refused.png")) is not None
     save_map(office_map(), tmp_path / "b")
     assert command("merge", *two_maps, "--out", tmp_path / "merged") == 0
@@ -408,9 +410,9 @@ def test_names_are_printed_and_drawn_as_they_are(capsys, two_maps, tmp_path, mon
     save.parent.mkdir(parents=True)
     save_map(office_map(), save)
     assert command("merge", "a.yaml", strange, "--out", "x[/b]") == 0
-    assert f"# a.yaml from {strange}: " in capsys.readouterr().out
+    assert f"# {tmp_path.name}/a from {strange.removeprefix('[/').removesuffix('.yaml')}: " in capsys.readouterr().out
     assert command("convert", strange, "x[/b]/c.yaml") == 0
-    assert capsys.readouterr().out == "x[/b]/c.yaml: map\n"
+    assert capsys.readouterr().out.startswith("written: x[/b]/c.yaml and x[/b]/c.pgm, ")
 
 
 def test_shifting_an_origin_moves_only_the_metric_answer(capsys, two_maps, tmp_path):
@@ -433,8 +435,13 @@ def test_pictures_without_yaml_merge_in_cells_with_free_scale(capsys, two_maps, 
     turned = cv2.rotate(larger, cv2.ROTATE_90_CLOCKWISE)
     cv2.imwrite(str(tmp_path / "turned.png"), turned)
     cv2.imwrite(str(tmp_path / "plain.png"), picture)
-    assert command("merge", tmp_path / "plain.png", tmp_path / "turned.png", "--json") == 0
-    record = json.loads(capsys.readouterr().out)
+    out = tmp_path / "merged"
+    assert command("merge", tmp_path / "plain.png", tmp_path / "turned.png", "--json", "--out", out) == 0
+    captured = capsys.readouterr()
+    record = json.loads(captured.out)
+    assert captured.err.count("states no resolution, so its lengths are in cells") == 2
+    assert (out / "merged.yaml").read_text().startswith("# plain states no resolution: ")
+    assert load_map(out / "merged.yaml").grid.frame.resolution == 1.0
     (pair,) = record["pairs"]
     assert record["scale"] == "0.5:2"
     assert pair["unit"] == "cell"

@@ -233,6 +233,18 @@ def test_a_single_log_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pa
 # --- Refusals ---
 
 
+def test_the_folder_is_made_and_every_file_named(source: Path, merged_run: Path, tmp_path: Path, capsys) -> None:
+    out = tmp_path / "new/folder"
+    assert command("convert", source, out / "m.pgm") == 0
+    yaml, picture = out / "m.yaml", out / "m.pgm"
+    assert yaml.is_file() and picture.is_file()
+    assert capsys.readouterr().out == f"written: {yaml} and {picture}, 14 x 9 cells of 0.0537123 m\n"
+    assert command("convert", picture.rename(tmp_path / "bare.pgm"), out / "other/bare.png") == 0
+    assert capsys.readouterr().out == f"written: {out / 'other/bare.png'}, 14 x 9 cells\n"
+    assert command("convert", merged_run / "robot_0/log.npz", out / "logs/a.tum") == 0
+    assert capsys.readouterr().out.startswith(f"written: {out / 'logs/a.tum'}, odometry of ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
@@ -244,7 +256,6 @@ def test_a_single_log_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pa
         (("source.yaml", "out", "--to", "rosbag"), "source.yaml: a map cannot be converted to rosbag"),
         (("source.yaml", "out.jpg", "--to", "map"), "out.jpg: a map must end in .yaml, .pgm or .png"),
         (("source.yaml", "out.yml"), "out.yml: a map must end in .yaml, .pgm or .png"),
-        (("source.yaml", "no/out.pgm"), "no: no such folder"),
         (("source.yaml", "out.pgm", "--mode", "scale"), "out.pgm: a PGM cannot mark"),
         (("source.yaml", "out.pgm", "--mode", "grey"), "--mode"),
         (("source.yaml", "out.pgm", "--unknown", "256"), "--unknown"),
@@ -260,7 +271,6 @@ def test_a_single_log_becomes_its_odometry_or_its_scans(merged_run: Path, tmp_pa
         (("run/mission", "out", "--to", "tum"), "run/mission: is not a run"),
         (("run/robot_0/log.npz", "out", "--to", "rosbag"), "log.npz: a robot's log can be converted to tum or carmen"),
         (("run/robot_0/log.npz", "out.pgm"), "log.npz: a robot's log can be converted to tum or carmen, not map"),
-        (("run/robot_0/log.npz", "no/out.tum"), "no: no such folder"),
     ],
 )
 def test_an_impossible_conversion_ends_in_one_line_and_writes_nothing(

@@ -152,7 +152,9 @@ def test_one_of_several_scan_topics_must_be_chosen(tmp_path: Path) -> None:
     bag = moving("mcap")
     bag.scan("/rear", 10.5, (1.0, 2.0))
     path = bag.write(tmp_path)
-    with pytest.raises(ValueError, match=r"2 topics of sensor_msgs/LaserScan; choose with --scan-topic: /rear, /scan"):
+    with pytest.raises(
+        ValueError, match=r"2 topics of sensor_msgs/LaserScan; `mapquilt map --scan-topic` takes one of /rear, /scan"
+    ):
         load_bag(path)
     assert load_bag(path, scan_topic="/rear").log.scans[0].ranges.size == 2
 
@@ -164,7 +166,9 @@ def test_one_of_several_odometry_topics_must_be_chosen_where_tf_has_none(tmp_pat
         bag.odometry("/a", 1.0 + k, (float(k), 0.0, 0.0, *FLAT))
         bag.odometry("/b", 1.0 + k, (2.0 * k, 0.0, 0.0, *FLAT))
     path = bag.write(tmp_path)
-    with pytest.raises(ValueError, match=r"2 topics of nav_msgs/Odometry; choose with --odom-topic: /a, /b"):
+    with pytest.raises(
+        ValueError, match=r"2 topics of nav_msgs/Odometry; `mapquilt map --odom-topic` takes one of /a, /b"
+    ):
         load_bag(path)
     assert load_bag(path, odom_topic="/b").log.odometry.poses[0, 0] == pytest.approx(1.0)
 

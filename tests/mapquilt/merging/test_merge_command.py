@@ -288,3 +288,34 @@ def test_a_map_of_another_scale_is_published_in_the_metres_of_the_reference() ->
     rigid = Similarity2(place.x, place.y, place.yaw)
     np.testing.assert_allclose(rigid.apply(np.array(served["origin"][:2])), place.apply(corner), atol=1e-9)
     assert served["resolution"] == pytest.approx(2.0 * grid.frame.resolution)
+
+
+def test_maps_in_cells_are_published_neither_in_metres_nor_to_tf() -> None:
+    grid = office_map()
+    maps = MapSet(("a", "b"), (grid, grid), ("cell", "cell"))
+    group = MergedGroup("a", {"a": Similarity2(), "b": Similarity2(1.0, -2.0, 0.5, 2.0)}, grid, grid)
+    (entry,) = yaml.safe_load(transforms_text(maps, MergeResult(maps.names, (), (group,))))["groups"]
+    assert entry["unit"] == "cell"
+    assert entry["maps"][1].keys() == {"name", "x", "y", "yaw", "scale", "matrix"}
+
+
+def test_frames_of_maps_in_folders_are_such_that_tf_takes_them() -> None:
+    grid = office_map()
+    maps = MapSet(("/tmp/a b/map", "b/map"), (grid, grid), ("m", "m"))
+    group = MergedGroup(maps.names[0], {maps.names[0]: Similarity2(), "b/map": Similarity2(-1e-9)}, grid, grid)
+    (entry,) = yaml.safe_load(transforms_text(maps, MergeResult(maps.names, (), (group,))))["groups"]
+    line = entry["maps"][1]["static_transform_publisher"]
+    assert "--x 0.000000 " in line
+    assert line.endswith("--frame-id tmp/a_b/map/map --child-frame-id b/map/map")
+
+
+def test_a_map_that_is_replaced_is_named(merged_two: Path, maps_of_three: list[Path], tmp_path: Path, capsys) -> None:
+    folder = Path(shutil.copytree(merged_two, tmp_path / "merge"))
+    newer = tmp_path / "newer" / maps_of_three[1].name
+    newer.parent.mkdir()
+    save_map(load_map(maps_of_three[2]).grid, newer.with_suffix(""))
+    command("merge", folder, "--add", newer, "--add", maps_of_three[2], "--force")
+    captured = capsys.readouterr()
+    assert f"warning: {newer}: replaces the map {newer.stem} of the merge" in captured.err
+    assert "replaces the map" not in captured.err.replace(f"{newer}: replaces", "")
+    assert "inputs/ (copies of 2 given maps)" in " ".join(captured.out.split())

@@ -1,6 +1,7 @@
 """Pictures of a run lie as the frames say: what is drawn is looked up again, in metres."""
 
 import colorsys
+import dataclasses
 
 import numpy as np
 import pytest
@@ -151,13 +152,15 @@ def test_panels_share_size_and_rows_and_the_last_row_is_centred(count):
 @pytest.mark.parametrize("name", ["robot_19_part_19", "somewhere/" * 12 + "$map_1$.yaml"])
 def test_a_title_fits_its_panel(name):
     grid = room(0.0)
-    figure = merge_figure(MapSet((name, "b"), (grid, grid), ("m", "m")), [group(grid)])
+    figure = merge_figure(
+        MapSet((name, "b"), (grid, grid), ("m", "m")), [dataclasses.replace(group(grid), reference=name)]
+    )
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    panel = figure.axes[1]
-    assert panel.get_title(loc="left").endswith(name[-16:])
-    for text in (*panel.texts, panel._left_title):
-        assert text.get_window_extent(canvas.get_renderer()).x1 <= panel.bbox.x1
+    assert figure.axes[1].get_title(loc="left").endswith(name[-16:])
+    for panel in figure.axes:
+        for text in (*panel.texts, panel._left_title):
+            assert text.get_window_extent(canvas.get_renderer()).x1 <= panel.bbox.x1
 
 
 def test_true_transforms_align_the_merged_walls_with_the_true_ones(merged_run):
