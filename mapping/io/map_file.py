@@ -80,7 +80,14 @@ def _picture_of(path: Path, meta: MapYaml) -> Picture:
     try:
         return read_picture(image)
     except FileNotFoundError:
-        raise FileNotFoundError(f"{path}: image {meta.image}: no such file") from None
+        raise FileNotFoundError(f"{path}: image {meta.image}: no such file{_other_case(image)}") from None
+
+
+def _other_case(image: Path) -> str:
+    """Name the file whose name differs from that of a missing one by capital letters alone; empty if there is none."""
+    folder = image.parent.iterdir() if image.parent.is_dir() else ()
+    found = sorted(file.name for file in folder if file.name.lower() == image.name.lower())
+    return f"; {found[0]} is there: correct the capitals in the YAML" if found else ""
 
 
 def require_known(loaded: LoadedMap) -> LoadedMap:

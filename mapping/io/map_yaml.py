@@ -36,6 +36,9 @@ FARTHEST_ORIGIN = 1e9
 _TABS = re.compile(r"(?<=[:,\[-])[ \t]*\t[ \t]*")
 """Tabs between a field and its value: YAML allows none, but their meaning is clear."""
 
+PARAMETERS = "ros__parameters"
+"""Key of the parameters in a file of ROS 2."""
+
 _TRUE = ("y", "yes", "true", "on")
 _FALSE = ("n", "no", "false", "off")
 
@@ -187,6 +190,8 @@ def _refuse_repeated(names: Iterable[str]) -> None:
 
 def _field(fields: dict[str, Any], name: str) -> Any:
     if name not in fields:
+        if PARAMETERS in str(fields):
+            raise ValueError("is a file of ROS parameters; give the map's own YAML, such as that of yaml_filename")
         raise ValueError(f"the YAML has no field {name}")
     return fields[name]
 

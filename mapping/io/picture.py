@@ -49,6 +49,10 @@ class Picture:
     lossy: bool = False
 
 
+MAX_HEADER = 1000
+"""Number of bytes in which the YAML of a map names its picture."""
+
+
 def read_picture(path: Path) -> Picture:
     """Read a PGM, PNG, BMP, PPM, TIFF or JPEG, detected by content, as 8-bit grey.
 
@@ -72,6 +76,8 @@ def read_picture(path: Path) -> Picture:
         raise ValueError(f"{path}: {error}") from error
     if data.startswith(_LFS):
         raise ValueError(f"{path}: is a pointer of Git LFS, not the picture; run `git lfs pull`")
+    if b"image:" in data[:MAX_HEADER]:
+        raise ValueError(f"{path}: is no picture, but looks like the YAML of a map; give it a name that ends in .yaml")
     raise ValueError(f"{path}: not a PGM, PNG, BMP, PPM, TIFF or JPEG picture; it starts with {data[:8]!r}")
 
 

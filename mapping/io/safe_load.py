@@ -64,11 +64,26 @@ def reading(place: str | Path, *others: type[BaseException]) -> Iterator[None]:
         text = " ".join(str(error).split())[:300]
         if text.startswith(f"{place}: "):
             raise ValueError(text) from None
-        if isinstance(error, KeyError):
+        if isinstance(error, yaml.MarkedYAMLError):
+            text = _yaml_fault(error)
+        elif isinstance(error, KeyError):
             text = f"has no {text}"
         elif not isinstance(error, ValueError):
             text = f"damaged or of another kind ({type(error).__name__}: {text})"
         raise ValueError(f"{place}: {text}") from None
+
+
+def _yaml_fault(error: yaml.MarkedYAMLError) -> str:
+    """Describe a fault of a YAML text by its place, and by its remedy where one is known."""
+    start, mark = error.context_mark, error.problem_mark or error.context_mark
+    problem = str(error.problem or error.context)
+    if start is not None and problem == "could not find expected ':'":
+        return f"line {start.line + 1} is no field with its value; a space must follow the colon"
+    if mark is None:
+        return problem
+    if problem == "but found another document":
+        return f"a second document begins at line {mark.line + 1}; keep one"
+    return f"line {mark.line + 1}, column {mark.column + 1}: {problem}"
 
 
 def read_limited(path: Path, max_bytes: int, may_be_empty: bool = False) -> bytes:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
+from mapping.wording import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,4 +134,4 @@ def covered_scans(stamps: Iterable[float], trajectory: Trajectory) -> tuple[NDAr
 
 
 def _count(scans: Sequence[int]) -> str:
-    return f"{len(scans)} scan" if len(scans) == 1 else f"{len(scans)} scans"
+    return counted(len(scans), "scan")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mapping.wording import counted
 from mapquilt.evaluation.trajectory_error import Spread
 from mapquilt.logs.log_map import LogMap
 
@@ -30,6 +31,6 @@ def map_figure(drawn: LogMap) -> Any:
 def _details(drawn: LogMap) -> str:
     trajectory = drawn.result.trajectory
     duration = float(trajectory.stamps[-1] - trajectory.stamps[0])
-    driven = f"{len(trajectory)} scans in {duration:.0f} s, {trajectory.distance():.0f} m driven"
+    driven = f"{counted(len(trajectory), 'scan')} in {duration:.0f} s, {trajectory.distance():.0f} m driven"
     text, error = f"{driven}, poses: {drawn.poses}", drawn.error
     return text if error is None else f"{text}; {Spread.of(error.position).rmse:.3f} m RMSE off the reference"

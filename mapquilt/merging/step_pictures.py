@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.wording import counted
 from mapquilt.merging.morphology_steps import PairSteps, RefinedMatch, TeamSteps
 from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS
@@ -118,8 +119,8 @@ def _draw_row(axes: NDArray[np.object_], name: str, found: Correction) -> None:
     axes[0].set_ylabel(name, fontsize=10, color=INK, fontweight="bold", parse_math=False)
     details = (
         f"closing {found.closing} px, L = {found.half}",
-        f"{len(found.points)} points",
-        f"{len(found.corners)} corners",
+        counted(len(found.points), "point"),
+        counted(len(found.corners), "corner"),
     )
     for place, text in zip((3, 4, 5), details, strict=True):
         axes[place].set_xlabel(text, fontsize=8, color=INK)
@@ -164,6 +165,6 @@ def _describe(name: str, one: RefinedMatch) -> str:
     before, after = (("-" if index is None else f"{index:.4f}") for index in (one.index_before, one.index))
     place = one.target_from_source
     return (
-        f"{name}: {one.corners.inliers} corner pairs agree\nrotated by {math.degrees(place.yaw):.2f} degrees, scale "
-        f"{place.scale:.4f}; acceptance index {before}, after ICP {after}"
+        f"{name}: {counted(one.corners.inliers, 'corner pair')} in agreement\nrotated by "
+        f"{math.degrees(place.yaw):.2f} degrees, scale {place.scale:.4f}; acceptance index {before}, after ICP {after}"
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mapping.settings import LOG_ODDS, MappingSettings
+from mapping.wording import counted
 from mapquilt.json_file import read_record
 from mapquilt.logs.load_log import LogSource, load_log
 from mapquilt.logs.log_map import LogMap, draw_logs
@@ -39,7 +40,7 @@ def pose_graphs(folder: Path, on_progress: Callable[[int, int], None]) -> list[P
 
 def _counts(drawn: LogMap) -> str:
     loops = len(drawn.result.loops)
-    return f"{drawn.result.keyframes.size} keyframes and {loops} loop{'' if loops == 1 else 's'}. "
+    return f"{counted(drawn.result.keyframes.size, 'keyframe')} and {counted(loops, 'loop')}. "
 
 
 def _picture(name: str, png: bytes, counts: str) -> Picture:

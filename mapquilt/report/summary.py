@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.wording import counted
 from mapquilt.evaluation.aggregation import error_quantiles, outcome_counts
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
@@ -56,11 +57,12 @@ def headline(content: Content) -> str:
         one = sum(answer.identifiable for answer in content.answers)
         none = sum(answer.negative for answer in content.answers)
         return (
-            f"{len(content.answers)} pairs of maps whose truth is known: {one} fit at exactly one placement, "
-            f"{len(content.answers) - one - none} at several, and {none} have nothing in common. None is merged yet."
+            f"{counted(len(content.answers), 'pair')} of maps with known truth: {one} with exactly one placement that "
+            f"fits, {len(content.answers) - one - none} with several, and {none} with nothing in common. "
+            "None is merged yet."
         )
     found, method = _summary(content.answers, methods[0]), methods[0]
-    wrong = f"{found.false_accepts.count or 'no'} false accepts among {found.pairs} pairs"
+    wrong = f"{counted(found.false_accepts.count, 'false accept')} among {counted(found.pairs, 'pair')}"
     share = found.true_accepts
     if share is None:
         return f"No pair here has exactly one right answer; {method} made {wrong}."

@@ -58,8 +58,9 @@ def read_world(
         return _read(path, plan)
     if name not in FAMILIES:
         raise ValueError(
-            f"unknown world {name!r}{did_you_mean(name, FAMILIES)}; known are: {', '.join(FAMILIES)}, world files "
+            f"unknown world {name!r}; known are: {', '.join(FAMILIES)}, world files "
             "(JSON, YAML), and plans (pictures, map_server YAML, building.yaml, JSON, SVG, DXF, SDF)"
+            f"{did_you_mean(name, FAMILIES)}"
         )
     if plan != PlanOptions():
         raise ValueError(f"--from-map and --level: apply to files only, not to the family {name}")

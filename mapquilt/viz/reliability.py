@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from mapping.wording import counted
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import number_text
 from mapquilt.viz.plot_style import MUTED, draw_series, in_per_cent, new_figure, write_axes, write_heading
@@ -32,7 +33,7 @@ def reliability_figure(calibrations: Sequence[Calibration], series: Sequence[int
         in_per_cent(panel)
         brier = f"Brier {found.brier:.3f} (of the base rate {found.base_brier:.3f})"
         numbers = f"{brier}\nECE {found.ece:.3f}, AUC {number_text(found.auc, 3)}"
-        write_heading(panel, f"{found.method}: {found.pairs} pairs")
+        write_heading(panel, f"{found.method}: {counted(found.pairs, 'pair')}")
         write_axes(panel, f"confidence\n{numbers}", "" if number % columns else "share of right answers")
     for panel in panels[len(calibrations) :]:
         panel.set_axis_off()

@@ -36,7 +36,7 @@ def lidar_preset(name: str) -> LidarPreset:
         if preset.name == name:
             return preset
     known = [preset.name for preset in PRESETS]
-    raise ValueError(f"lidar {name!r} is unknown{did_you_mean(name, known)}; known are {', '.join(known)}")
+    raise ValueError(f"lidar {name!r} is unknown; known are {', '.join(known)}{did_you_mean(name, known)}")
 
 
 def with_rate(lidar: Lidar, rate: float) -> Lidar:

@@ -64,7 +64,7 @@ def make_world(name: str, seed: int, width: float | None = None, height: float |
     500 m.
     """
     if name not in FAMILIES:
-        raise ValueError(f"unknown world {name!r}{did_you_mean(name, FAMILIES)}; known are: {', '.join(FAMILIES)}")
+        raise ValueError(f"unknown world {name!r}; known are: {', '.join(FAMILIES)}{did_you_mean(name, FAMILIES)}")
     family = FAMILIES[name]
     size = (family.width if width is None else float(width), family.height if height is None else float(height))
     for label, value in zip(("width", "height"), size, strict=True):

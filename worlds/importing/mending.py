@@ -8,11 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from mapping.wording import counted
 from worlds.floor import SMALLEST_PART
 from worlds.importing.cells import MAX_BOXES, box_count, cell_boxes, enclosed_cells
 from worlds.importing.text import without_text
 from worlds.raster import touched_cells, true_raster
 from worlds.world import World
+
+FILLED = "filled"
+"""First word of the note on filled floor."""
+
+LEAST_FILLED = 0.05
+"""Least area of closed gaps that is told [m^2]."""
 
 _EIGHT = np.ones((3, 3), dtype=np.bool_)
 
@@ -84,7 +91,7 @@ def fill_pockets(world: World, settings: MendingSettings = MendingSettings()) ->
     if world.fence is not None:
         free &= touched_cells([world.fence], settings.cell, free.shape)
     kept, notes = _without_pockets(free, settings.cell, settings.radius)
-    if not notes:
+    if kept.sum() == free.sum():
         return world, ()
     width, height = world.size
     boxes = [np.minimum(each, (width, height)) for each in cell_boxes(free & ~kept, settings.cell)]
@@ -98,7 +105,7 @@ def _without_specks(free: NDArray[np.bool_], largest: float) -> tuple[NDArray[np
     if len(small) == 0:
         return free, ()
     kept: NDArray[np.bool_] = free | np.isin(labels, small)
-    return kept, (f"dropped {len(small)} solid specks of at most {int(largest)} cells",)
+    return kept, (f"dropped {counted(len(small), 'solid speck')} of at most {counted(int(largest), 'cell')}",)
 
 
 def _without_pockets(
@@ -124,12 +131,12 @@ def _without_pockets(
     connected, _ = ndimage.label(free & ~filled)
     kept: NDArray[np.bool_] = (connected > 0) & np.isin(connected, np.unique(connected[largest]))
     lost = int(free.sum() - kept.sum())
-    if not lost:
-        return free, ()
     rooms = len(others) - 1
-    about = f"closed gaps and {rooms} {'part' if rooms == 1 else 'parts'} of the floor" if rooms > 0 else "closed gaps"
+    if rooms < 1 and lost * resolution**2 < LEAST_FILLED:
+        return kept, ()
+    about = f"closed gaps and {counted(rooms, 'part')} of the floor" if rooms > 0 else "closed gaps"
     return kept, (
-        f"filled {about} that robots of {radius:g} m radius cannot reach: {lost * resolution**2:.1f} m^2 of "
+        f"{FILLED} {about} that robots of {radius:g} m radius cannot reach: {lost * resolution**2:.1f} m^2 of "
         f"{free.sum() * resolution**2:.1f} m^2",
     )
 

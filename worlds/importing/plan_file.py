@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.safe_load import reading
+from mapping.wording import counted
 from worlds.importing.cells import world_from_cells
 from worlds.importing.dxf import read_dxf
 from worlds.importing.floor_plan_image import CellPlan, read_plan_map, read_plan_picture
 from worlds.importing.gazebo import read_sdf
 from worlds.importing.houseexpo import houseexpo_world, is_houseexpo
-from worlds.importing.mending import fill_pockets, mend_cells
+from worlds.importing.mending import FILLED, fill_pockets, mend_cells
 from worlds.importing.open_rmf import building_world, is_building
 from worlds.importing.svg import read_svg
 from worlds.importing.text import find_text
@@ -56,7 +57,8 @@ def read_plan(path: Path, value: Any, options: PlanOptions) -> Read:
         world, notes = _read(path, value, options)
         if options.mended:
             world, filled = fill_pockets(world)
-            notes = (*notes, *filled)
+            told = any(note.startswith(FILLED) for note in notes)
+            notes = notes if told else (*notes, *filled)
     return world, tuple(note if note.startswith(f"{path}: ") else f"{path}: {note}" for note in notes)
 
 
@@ -88,7 +90,8 @@ def _read(path: Path, value: Any, options: PlanOptions) -> Read:
 def _of_cells(path: Path, plan: CellPlan, mended: bool) -> Read:
     if not mended:
         letters = len(find_text(plan.free, plan.resolution)[1]) if plan.drawn else 0
-        notes = (f"has {letters} solids that look like letters of text; --from-map drops them",) if letters else ()
+        solids = counted(letters, "solid that looks", "solids that look")
+        notes = (f"has {solids} like letters of text; --from-map drops them",) if letters else ()
         return world_from_cells(path.stem, plan.free, plan.resolution), (*plan.notes, *notes)
     cells = mend_cells(plan.free, plan.resolution, drawn=plan.drawn)
     return world_from_cells(path.stem, cells.free, cells.resolution), (*plan.notes, *cells.notes)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.io.safe_load import read_limited, reading
+from mapping.wording import counted
 from worlds.importing.cells import DARK
 from worlds.importing.solids import as_solid, chain, walls, world_from_solids
 from worlds.polygon import Polygon
@@ -52,7 +53,9 @@ def read_svg(path: Path, resolution: float) -> tuple[World, tuple[str, ...]]:
             if _is_dark(shape.stroke):
                 thickness = max(THINNEST, float(shape.implicit_stroke_width or 0.0) * resolution)
                 solids += walls(chain(points, closed), thickness)
-    notes = (f"left out {crossed} fills that cross themselves",) if crossed else ()
+    notes = (
+        (f"left out {counted(crossed, 'fill that crosses itself', 'fills that cross themselves')}",) if crossed else ()
+    )
     return world_from_solids(path.stem, solids), notes
 
 

@@ -11,6 +11,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from mapping.wording import counted
+
 
 @dataclass(frozen=True)
 class TextSettings:
@@ -39,7 +41,7 @@ def without_text(free: NDArray[np.bool_], resolution: float) -> tuple[NDArray[np
     if not letters.size:
         return free, ()
     kept: NDArray[np.bool_] = free | np.isin(labels, letters)
-    return kept, (f"dropped {len(letters)} letters of text",)
+    return kept, (f"dropped {counted(len(letters), 'letter')} of text",)
 
 
 def find_text(

@@ -10,6 +10,7 @@ import typer
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.seeds import Role, stream
+from mapping.wording import counted
 from mapquilt.benchmark.files import SUMMARY_FILE, TABLE_FILE, write_folder
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample, read_pair_list
@@ -83,7 +84,7 @@ def benchmark(
     print_table(terminal_table(results))
     if results.calibrations:
         print_table(calibration_table(results))
-    print_table(f"{out}: {len(chosen)} pairs, {len(methods)} methods; see {out / TABLE_FILE}")
+    print_table(f"{out}: {counted(len(chosen), 'pair')}, {counted(len(methods), 'method')}; see {out / TABLE_FILE}")
     return 0
 
 

@@ -11,6 +11,7 @@ import typer
 
 from mapping.io.transaction import atomic_folder
 from mapping.seeds import Role, stream
+from mapping.wording import counted
 from mapquilt.benchmark.files import RELIABILITY_PICTURE, calibration_record
 from mapquilt.benchmark.fitting import FITTED, decide_again, fit_acceptance
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
@@ -86,7 +87,7 @@ def calibrate(
     print_table(", ".join(f"{name} {getattr(fitted, name):.2f}" for name in FITTED))
     auc = "-" if checked.auc is None else f"{checked.auc:.3f}"
     print_table(
-        f"{out}: on {checked.pairs} pairs of the check: expected calibration error {checked.ece:.3f}, "
+        f"{out}: on {counted(checked.pairs, 'pair')} of the check: expected calibration error {checked.ece:.3f}, "
         f"Brier {checked.brier:.3f} (of the base rate {checked.base_brier:.3f}), AUC {auc}"
     )
     return 0

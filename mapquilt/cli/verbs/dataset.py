@@ -101,7 +101,8 @@ def make(
     if report.failures:
         planned = report.samples + report.failures
         print_table(
-            f"{out}: {report.samples} of {planned} samples; {report.failures} failed, see {out / FAILURES_FILE}"
+            f"{out}: {report.samples} of {counted(planned, 'sample')}; {report.failures} failed, "
+            f"see {out / FAILURES_FILE}"
         )
         return 1
     print_table(f"{out}: {counted(report.samples, 'sample')}")

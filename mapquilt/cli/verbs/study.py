@@ -9,6 +9,7 @@ import typer
 
 from mapping.io.safe_load import printable
 from mapping.io.transaction import write_files_atomically
+from mapping.wording import counted
 from mapquilt.cli.exit_status import Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
@@ -100,5 +101,6 @@ def _print(out: Path, found: StudyRun) -> int:
     for failure in results.failures:
         where = "" if failure.level is None else f" at {' '.join(failure.level)}"
         typer.echo(f"mapquilt: mission {failure.mission}{where} failed: {printable(failure.reason)}", err=True)
-    print_table(f"{out}: {len(results.teams)} merges of {len({team.mission for team in results.teams})} missions")
+    missions = counted(len({team.mission for team in results.teams}), "mission")
+    print_table(f"{out}: {counted(len(results.teams), 'merge')} of {missions}")
     return 1 if results.failures else 0

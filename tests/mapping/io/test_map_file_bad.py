@@ -104,7 +104,16 @@ def test_a_bad_field_is_named_with_its_value(folder: Path, old: str, new: str, m
         (b"# nothing\n", "the YAML is None, not a map's fields"),
         (b"just words", "the YAML is 'just words', not a map's fields"),
         (b"- image: map.pgm\n", "the YAML is [{'image': 'map.pgm'}], not a map's fields"),
-        (b"image: [", "not a YAML file: "),
+        (b"image: [", "not a YAML file: line 1, column 9: expected the node content, but found '<stream end>'"),
+        (
+            b"image: a.pgm\nresolution:0.05\norigin: [0, 0, 0]\n",
+            "not a YAML file: line 2 is no field with its value; a ",
+        ),
+        (b"image: a.pgm\n---\nimage: b.pgm\n", "not a YAML file: a second document begins at line 2; keep one"),
+        (
+            b"map_server:\n  ros__parameters:\n    yaml_filename: m.yaml\n",
+            "is a file of ROS parameters; give the map's",
+        ),
         (b"image: \xff\xfe", "not a YAML file: "),
         (b"\x00\x01", "not a YAML file: "),
         ("image: a.pgm".encode("utf-16"), "the YAML is UTF-16, must be UTF-8"),
@@ -143,6 +152,10 @@ def test_a_recursive_value_is_shortened_in_the_message(folder: Path) -> None:
         (b"P2 1 1 255\n99999999999999999999999", "a pixel of the PGM is 9223372036854775807, but its maxval is 255"),
         (b"P2 2 1 255\n-1 2", "the plain PGM holds b'-' among its numbers"),
         (b"P5 100000 100000 255\n", "the picture has 100000 x 100000 pixels, more than the 134217728 that are read"),
+        (
+            b"image: m.pgm\nresolution: 0.05\n",
+            "is no picture, but looks like the YAML of a map; give it a name that ends in .yaml",
+        ),
         (b"GIF89a 12", "not a PGM, PNG, BMP, PPM, TIFF or JPEG picture; it starts with b'GIF89a 1'"),
         (b"\xff\xd8\xff\xe0 JFIF", "the JPEG is broken or truncated"),
         (b"BM too short", "the BMP is broken or truncated"),
@@ -264,3 +277,11 @@ test_fuzzed_yaml = fuzz("map.yaml")
 test_fuzzed_pgm = fuzz("map.pgm")
 test_fuzzed_plain_pgm = fuzz("plain.pgm")
 test_fuzzed_png = fuzz("map.png")
+
+
+def test_an_image_whose_name_differs_by_capitals_is_named(tmp_path):
+    (tmp_path / "m.pgm").write_bytes(b"P5 1 1 255 a")
+    path = tmp_path / "map.yaml"
+    path.write_text("image: M.PGM\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    with pytest.raises(FileNotFoundError, match=r"image M\.PGM: no such file; m\.pgm is there: correct the capitals"):
+        load_map(path)

@@ -178,7 +178,9 @@ def test_anything_but_a_world_is_refused(tmp_path: Path, capsys: pytest.CaptureF
     text, laughs = tmp_path / "notes.txt", tmp_path / "laughs.yaml"
     text.write_text("no world")
     laughs.write_text("schema: mapquilt-world/1\nsize: &a [1, 1]\npolygons: [*a, *a]\n")
-    assert "unknown world 'warehose'; known are: office" in refusal(capsys, "worlds", "show", "warehose")
+    line = refusal(capsys, "worlds", "show", "warehose")
+    assert "unknown world 'warehose'; known are: office" in line
+    assert line.strip().endswith("; did you mean warehouse?")
     assert "missing.json: No such file" in refusal(capsys, "worlds", "show", tmp_path / "missing.json")
     assert "is a folder" in refusal(capsys, "worlds", "show", tmp_path)
     assert "notes.txt: is no world file" in refusal(capsys, "worlds", "show", text)
@@ -210,7 +212,7 @@ def test_a_real_map_becomes_a_world_that_says_what_was_mended(
     assert not out.exists()
     assert run(["worlds", "make", "--from-map", str(plan), "--out", str(out)]) == 0
     err = capsys.readouterr().err
-    assert f"{plan}: dropped 2 solid specks of at most 1 cells" in err
+    assert f"{plan}: dropped 2 solid specks of at most 1 cell" in err
     assert "1 part of the floor that robots of 0.2 m radius cannot reach: 12.0 m^2 of 38.6 m^2" in " ".join(err.split())
     world, notes = open_world(str(out), seed=0)
     assert notes == ()

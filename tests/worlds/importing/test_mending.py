@@ -109,3 +109,13 @@ def test_plans_that_cannot_be_mended_are_refused() -> None:
     noise[:30, :30] = True
     with pytest.raises(ValueError, match="are not coarse enough"):
         mend_cells(np.pad(noise, 1), 0.05, MendingSettings(largest_speck=0.0, radius=0.01, coarsest=0.05))
+
+
+def test_gaps_of_less_than_a_tenth_of_a_square_metre_are_closed_in_silence() -> None:
+    free = np.ones((100, 100), dtype=bool)
+    free[[0, -1]] = free[:, [0, -1]] = False
+    free[40:43, 40:43] = False
+    free[41, 41] = True
+    mended = mend_cells(free, 0.05)
+    assert not mended.free[41, 41]
+    assert mended.notes == ()
