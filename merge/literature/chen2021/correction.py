@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,9 @@ from merge.literature.chen2021.wall_picture import (
     wall_thickness,
 )
 
+Step = Literal["binarise", "rotate", "close", "sample", "straighten"]
+"""Steps 5.1 to 5.5."""
+
 
 @dataclass(frozen=True)
 class CorrectionSettings:
@@ -31,7 +35,9 @@ class CorrectionSettings:
     - ``margin``: pixels left around the walls of the rotated picture;
     - ``gap_cells``: side of the closing that bridges single missing cells before walls are measured;
     - ``thick_share``: quantile of the thickness of the walls that a tile covers;
-    - ``direction``, ``structure``: settings of steps 5.2 and 5.5.
+    - ``direction``, ``structure``: settings of steps 5.2 and 5.5;
+    - ``without``: a step to leave out, which shows what it contributes. Unbinarised, unknown pixels count as walls;
+      unsampled, every pixel of the walls' centre lines is an interest point.
     """
 
     unknown_grey: int = 128
@@ -40,6 +46,7 @@ class CorrectionSettings:
     thick_share: float = 0.9
     direction: DirectionSettings = field(default_factory=DirectionSettings)
     structure: StructureSettings = field(default_factory=StructureSettings)
+    without: Step | None = None
 
     def __post_init__(self) -> None:
         require_valid(self, shares=("thick_share",))
@@ -79,13 +86,19 @@ def corrected(picture: Image, settings: CorrectionSettings = CorrectionSettings(
     Source: Chen 2021, sections 5.1 to 5.5. His manual parameters follow from the thickness of the walls. A picture
     without a main direction is not rotated.
     """
-    walls = binarised(picture, settings.unknown_grey)
+    without = settings.without
+    walls = binarised(picture, settings.unknown_grey + (without == "binarise"))
     direction = main_direction(walls, settings.direction)
+    if without == "rotate":
+        direction = replace(direction, clear=False)
     turned = straightened(walls, direction.angle if direction.clear else 0.0, settings.margin)
     thickness = wall_thickness(turned.walls, settings.gap_cells, settings.thick_share)
-    closing, half = closing_side(thickness.usual), tile_half(thickness.thick)
+    closing = 1 if without == "close" else closing_side(thickness.usual)
+    half = 0 if without == "sample" else tile_half(thickness.thick)
     mended = closed(turned.walls, closing)
     points = interest_points(mended, half)
-    structure = main_structure(dilated(mended, half), points, half, direction.clear, settings.structure)
+    structure = mended
+    if without != "straighten":
+        structure = main_structure(dilated(mended, half), points, half, direction.clear, settings.structure)
     found = corners(structure, half, settings.structure)
     return Correction(picture, walls, direction, turned, thickness, closing, mended, half, points, structure, found)

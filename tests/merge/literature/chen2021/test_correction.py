@@ -1,8 +1,10 @@
+from typing import get_args
+
 import numpy as np
 import pytest
 
-from merge.literature.chen2021.correction import corrected
-from merge.preparation.map_image import FREE_GREY, OCCUPIED_GREY
+from merge.literature.chen2021.correction import CorrectionSettings, Step, corrected
+from merge.preparation.map_image import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 from tests.merge.literature.chen2021.shapes import POLYGON, SIDE, outline, turned
 
 
@@ -45,3 +47,18 @@ def test_a_round_room_is_not_rotated_and_gives_a_note():
 def test_a_blank_map_is_accepted():
     found = corrected(np.full((20, 30), FREE_GREY, np.uint8))
     assert len(found.corners) == len(found.points) == 0
+
+
+def test_a_step_that_is_left_out_does_nothing():
+    """Known answers: each step's own trace is missing, and the steps before it are unchanged."""
+    picture = grey(outline(turned(POLYGON, 0.3), 5))
+    picture[:40, :40] = UNKNOWN_GREY
+    full = corrected(picture)
+    found = {step: corrected(picture, CorrectionSettings(without=step)) for step in get_args(Step)}
+    assert np.array_equal(found["binarise"].walls > 0, picture <= UNKNOWN_GREY)
+    assert np.array_equal(found["rotate"].straightened.matrix[:, :2], np.eye(2))
+    assert found["rotate"].direction.angle == full.direction.angle
+    assert np.array_equal(found["close"].closed, full.straightened.walls)
+    assert len(found["sample"].points) > 4 * len(full.points)
+    assert np.array_equal(found["straighten"].structure, full.closed)
+    assert np.array_equal(found["straighten"].points, full.points)

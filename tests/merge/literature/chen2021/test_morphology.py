@@ -28,6 +28,16 @@ def test_the_first_proposal_and_the_answer_as_published_are_the_truth(size, scal
     assert answer.evidence is None
 
 
+def test_without_icp_the_answer_is_the_fit_to_the_corners_and_without_consensus_a_sample():
+    target, source, _ = crisp_pair()
+    bare = Morphology(without="icp")
+    maps = bare.describe(target), bare.describe(source)
+    starts = [each.target_from_source for each in bare.agreed(*maps, ScaleRange.free())]
+    assert bare.published(*maps, ScaleRange.free(), RNG).target_from_source in starts
+    itself = Morphology(without="consensus").published(maps[1], maps[1], ScaleRange.free(), np.random.default_rng(0))
+    assert itself.target_from_source.matrix() == pytest.approx(Similarity2().matrix(), abs=1e-6)
+
+
 def test_the_result_is_deterministic():
     target, source, _ = crisp_pair()
     method = Morphology()

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
-from merge.literature.chen2021.sift import Sift
+from merge.literature.chen2021.sift import Sift, _picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.keypoints import match_descriptors
 from tests.merge.rooms import rooms
@@ -51,6 +52,29 @@ def test_as_published_the_answer_is_that_of_one_sample_and_its_index_the_confide
     assert 0.9 < answer.verdict.confidence <= 1.0
 
 
+def test_brisk_describes_fast_corners_by_bits_and_matches_a_map_with_itself():
+    blobs = ndimage.gaussian_filter(np.random.default_rng(3).normal(size=(200, 260)), 3.0) > 0.05
+    method = Sift.as_published("fast_brisk")
+    found = method.describe(prepare(np.where(blobs, 100, 0)))
+    assert found.descriptors.dtype == np.uint8
+    there, here = method.matched(found, found)
+    assert len(there) > 10
+    assert np.array_equal(there, here)
+
+
+def test_greys_are_one_a_probability_three_or_two(world):
+    log_odds = np.where(world == 100, 1.0, np.linspace(-3.0, -1.0, world.shape[1])).astype(np.float32)
+    log_odds[:, :9] = 0.0
+    grid = OccupancyGrid(GridFrame(1.0, SE2(), world.shape), log_odds)
+    pictures = {greys: _picture(grid, greys)[::-1] for greys in ("three", "two", "all")}
+    assert set(np.unique(pictures["three"])) == {0, 128, 255}
+    assert set(np.unique(pictures["two"])) == {0, 255}
+    assert np.array_equal(pictures["two"] == 0, grid.occupied)
+    free = 255 / (1 + np.exp(log_odds))
+    assert np.abs(pictures["all"] - free)[grid.known].max() <= 0.5
+    assert (pictures["all"][~grid.known] == 128).all()
+
+
 def test_the_ratio_test_by_hand():
     target = np.array([[0.0, 0.0], [10.0, 0.0]], dtype=np.float32)
     source = np.array([[1.0, 0.0], [4.5, 0.0], [9.0, 0.0]], dtype=np.float32)  # ratios 1/9, 4.5/5.5 and 1/9
@@ -72,7 +96,10 @@ def test_a_blank_map_has_no_features_and_no_proposals(world, feature):
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("ratio", -0.5), ("ratio", 1.5), ("smoothing_cells", -1.0), ("most_features", 0), ("feature", "surf")],
+    [
+        *(("ratio", -0.5), ("ratio", 1.5), ("smoothing_cells", -1.0), ("most_features", 0)),
+        *(("feature", "surf"), ("greys", "four")),
+    ],
 )
 def test_a_bad_setting_is_named(field, value):
     with pytest.raises(ValueError, match=f"{field} is {value!r}"):
