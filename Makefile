@@ -48,7 +48,7 @@ merge = $(bin)/mapquilt merge $(call quote,$(out)) --method $(call quote,$(metho
 score = $(bin)/mapquilt score $(call quote,$(out))
 
 # sim and merge are also folders.
-.PHONY: run sim merge score thesis install test test-fast test-bounds fuzz regression regression-update check docs release-check study \
+.PHONY: run sim merge score thesis thesis-quick install test test-fast test-bounds fuzz regression regression-update check docs release-check study \
   bench crash lock clean help
 .DEFAULT_GOAL = run
 .DELETE_ON_ERROR:
@@ -69,7 +69,10 @@ score: $(stamp)
 	$(score)
 
 thesis: $(stamp)
-	$(bin)/python -m reproductions.chen2021 --out runs/thesis
+	$(bin)/python -m reproductions.chen2021 --out runs/thesis --workers 2
+
+thesis-quick: $(stamp)
+	$(bin)/python -m reproductions.chen2021 --out runs/thesis-quick --seeds 2 --workers 2
 
 install: $(stamp)
 
@@ -146,6 +149,7 @@ help:
 	@echo 'make [run]     simulate a team of robots, merge their maps, score the merge'
 	@echo 'make sim, make merge, make score   one step of that, on what the step before left in out'
 	@echo 'make thesis    reproduce the study of Chen (2021) in runs/thesis; stopped, it goes on'
+	@echo 'make thesis-quick  the same on two pairs of maps for each case, in runs/thesis-quick'
 	@echo 'make test      run all tests'
 	@echo 'make test-fast run the unit tests, in a minute'
 	@echo 'make test-bounds  run the tests of compiled loops with every index checked, in three minutes'

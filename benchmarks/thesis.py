@@ -20,8 +20,8 @@ from merge.merger import match_maps
 from merge.preparation.map_image import trinary_picture
 from merge.preparation.settings import PreparationSettings
 from merge.settings import MergeSettings
-from reproductions.chen2021.cases import BASE
-from reproductions.chen2021.missions import drawn_maps
+from reproductions.chen2021.cases import SETS
+from reproductions.chen2021.missions import Hall
 
 SEED = 7
 ROUNDS = 7
@@ -31,8 +31,8 @@ METHOD = "morphology"
 
 def bench_thesis() -> None:
     """Print processor seconds on one thread, the maps being about 400 x 400 cells."""
-    maps = drawn_maps("hall", SEED)
-    target, source = maps[BASE].grid, maps["set 3"].grid
+    pair = Hall(SEED).pair(SETS[2].condition.full_coverage)
+    target, source = pair.first.grid, pair.second.grid
     table = Table(
         title="chapter 5 of Chen (2021): seconds on one core", box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False
     )

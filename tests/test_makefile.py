@@ -21,6 +21,7 @@ VERBS = (
         "merge",
         "score",
         "thesis",
+        "thesis-quick",
         "install",
         "test",
         "test-bounds",

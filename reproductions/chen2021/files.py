@@ -2,49 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from mapping.io.transaction import write_files_atomically
 from mapquilt.viz.png import figure_png
-from reproductions.chen2021.cases import CASES, PLACES, Case
-from reproductions.chen2021.make import Study, maps_file
-from reproductions.chen2021.map_store import read_maps
-from reproductions.chen2021.table import answers_csv, markdown, table_csv, timings_csv
-from reproductions.chen2021.tally import CaseTally
+from reproductions.chen2021.cases import SETS
+from reproductions.chen2021.make import Study
+from reproductions.chen2021.methods import CORRECTED, PLAIN
+from reproductions.chen2021.missions import Hall
+from reproductions.chen2021.table import answers_csv, markdown, table_csv
+from reproductions.chen2021.tally import Tallies
 
 TABLE_FILE = "table.md"
 PICTURES_FOLDER = "pictures"
-SHOWN_SEED = 0
+PICTURES = 2 + 2 * len(SETS)
 
 
-def write_study(out: Path, study: Study, counted: Sequence[CaseTally], on_progress: Callable[[int, int], None]) -> None:
-    """Write tables and pictures, those of the first seed's maps, all or none."""
+def write_study(out: Path, study: Study, counted: Tallies, on_progress: Callable[[int, int], None]) -> None:
+    """Write tables and pictures, all or none."""
     files = {
         out / TABLE_FILE: markdown(study, counted).encode(),
         out / "table.csv": table_csv(counted).encode(),
         out / "answers.csv": answers_csv(study).encode(),
-        out / "timings.csv": timings_csv(study).encode(),
     }
-    total = len(PLACES) + sum(not case.team for case in CASES) + 2
-    for number, (name, data) in enumerate(_pictures(out, study, counted), start=1):
+    for number, (name, data) in enumerate(_pictures(study, counted), start=1):
         files[out / PICTURES_FOLDER / f"{name}.png"] = data
-        on_progress(number, total)
+        on_progress(number, PICTURES)
     write_files_atomically(files)
 
 
-def _pictures(out: Path, study: Study, counted: Sequence[CaseTally]) -> Iterator[tuple[str, bytes]]:
-    from reproductions.chen2021.charts import index_figure, right_figure
-    from reproductions.chen2021.pictures import case_figure, maps_figure
+def _pictures(study: Study, counted: Tallies) -> Iterator[tuple[str, bytes]]:
+    from reproductions.chen2021.charts import ablation_figure, cases_figure
+    from reproductions.chen2021.pictures import matches_figure, steps_figure
 
-    for place in PLACES:
-        maps = read_maps(maps_file(out, place, SHOWN_SEED))
-        yield f"maps-{place}", figure_png(maps_figure(place, maps))
-        for case in (case for case in CASES if case.place == place and not case.team):
-            yield _stem(case), figure_png(case_figure(case, maps, study, SHOWN_SEED))
-    yield "right", figure_png(right_figure(counted))
-    yield "index", figure_png(index_figure(study))
+    yield "cases", figure_png(cases_figure(counted))
+    yield "ablation", figure_png(ablation_figure(counted))
+    seed = telling_seed(study)
+    hall = Hall(seed)
+    for case in SETS:
+        pair, stem = hall.pair(case.condition), case.name.replace(" ", "-")
+        answers = [one for one in study.answers if (one.trial, one.seed, one.run) == (case.name, seed, 0)]
+        yield f"{stem}-steps", figure_png(steps_figure(case, pair, seed))
+        yield f"{stem}-matches", figure_png(matches_figure(case, pair, answers, seed))
 
 
-def _stem(case: Case) -> str:
-    return case.name.replace(" ", "-").replace(",", "")
+def telling_seed(study: Study) -> int:
+    """Return the first seed at which SIFT fails on set 3 and the correction does not; 0 if there is none."""
+    set_3 = SETS[2].name
+    right = {
+        (one.seed, one.method): one.right
+        for one in study.answers
+        if one.trial == set_3 and one.method in (PLAIN, CORRECTED) and one.run == 0
+    }
+    telling = (seed for seed in range(study.seeds) if right[seed, CORRECTED] and not right[seed, PLAIN])
+    return next(telling, 0)

@@ -1,15 +1,14 @@
-"""Pictures of the maps of a seed, and of the answers of the two pipelines to each case."""
+"""Pictures of the steps of the correction, and of the answers of the two pipelines."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
@@ -18,16 +17,16 @@ from mapquilt.merging.morphology_steps import corrected_maps, refined_matches
 from mapquilt.viz.match_picture import draw_matches
 from mapquilt.viz.palette import INK, ROBOTS, WALL, picture
 from mapquilt.viz.png import default_style
-from merge.literature.chen2021.morphology import CorrectedMap
+from merge.literature.chen2021.interest_points import point_picture
 from merge.literature.chen2021.sift import Features, Sift
+from merge.pair.feature_cache import prepare_map
 from merge.preparation.map_image import pixels_from_cells, trinary_picture
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.settings import PreparationSettings
-from reproductions.chen2021.answers import CaseAnswer
-from reproductions.chen2021.cases import Case, Place
-from reproductions.chen2021.make import Study
+from reproductions.chen2021.answers import Answer, acceptance_index
+from reproductions.chen2021.cases import Case
 from reproductions.chen2021.methods import CORRECTED, PLAIN, SCALE
-from reproductions.chen2021.missions import DrawnMap
+from reproductions.chen2021.missions import MapPair
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,65 +38,69 @@ NEAR_CELLS = 5.0
 """Largest error of a match that counts as correct [cells of the coarser map]."""
 
 
+STEPS = ("map", "walls (5.1)", "rotated, closed (5.2, 5.3)", "interest points (5.4)", "structure, corners (5.5)")
+
+
 @default_style()
-def maps_figure(place: Place, maps: Mapping[str, DrawnMap]) -> Figure:
-    """Draw every map, with the corrected one below it."""
+def steps_figure(case: Case, pair: MapPair, seed: int) -> Figure:
+    """Draw both maps through the steps of the correction, a row for each map."""
     from matplotlib.figure import Figure
 
-    corrected = corrected_maps([drawn.grid for drawn in maps.values()])
-    figure = Figure(figsize=(2.6 * len(maps), 5.6), dpi=DPI, layout="constrained")
-    axes = figure.subplots(2, len(maps), squeeze=False)
-    for column, (name, drawn, found) in enumerate(zip(maps, maps.values(), corrected, strict=True)):
-        axes[0, column].imshow(picture(drawn.grid), origin="lower", interpolation="antialiased")
-        rows, cols = drawn.grid.frame.shape
-        _titled(axes[0, column], name, f"{cols} x {rows} cells of {drawn.grid.frame.resolution:g} m")
-        structure = found.correction.structure
-        axes[1, column].imshow(visible(structure, max(structure.shape)), cmap="gray", interpolation="antialiased")
-        text = f"L = {found.correction.half}, {len(found.corners)} corners"
-        _titled(axes[1, column], "corrected", text)
-    figure.suptitle(f"The {place}: maps of one seed, and the corrected maps", fontsize=11, color=INK)
+    corrected = corrected_maps((pair.first.grid, pair.second.grid))
+    figure = Figure(figsize=(2.9 * len(STEPS), 5.9), dpi=DPI, layout="constrained")
+    axes = figure.subplots(2, len(STEPS))
+    for row, (each, name) in enumerate(zip(corrected, ("first map", "second map"), strict=True)):
+        found = each.correction
+        dots = cv2.dilate(point_picture(found.points, found.closed.shape), np.ones((3, 3), np.uint8)).astype(np.uint8)
+        longest = max(found.structure.shape)
+        pictures = (found.picture, found.walls, found.closed, visible(dots, longest), visible(found.structure, longest))
+        details = (
+            name,
+            f"{np.count_nonzero(found.walls):,} pixels",
+            f"by {-np.degrees(found.direction.angle):.1f} degrees; closing {found.closing} px",
+            f"{len(found.points)} points, L = {found.half}",
+            f"{len(found.corners)} corners",
+        )
+        for panel, image, title, text in zip(axes[row], pictures, STEPS, details, strict=True):
+            panel.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
+            _titled(panel, title if row == 0 else "", text)
+        u, v = found.corners.T
+        axes[row, -1].plot(u, v, "o", ms=4.5, mfc="none", mec=ROBOTS[4], mew=1.0)
+    figure.suptitle(
+        f"{case.name}: the correction, step by step; seed {seed}", fontsize=12, color=INK, fontweight="bold"
+    )
     return figure
 
 
 @default_style()
-def case_figure(case: Case, maps: Mapping[str, DrawnMap], study: Study, seed: int) -> Figure:
+def matches_figure(case: Case, pair: MapPair, answers: Sequence[Answer], seed: int) -> Figure:
     """Draw matches before and after the correction, and the merged maps with their acceptance index."""
     from matplotlib.figure import Figure
 
-    grids = [maps[name].grid for name in case.maps]
-    truth = Similarity2.from_se2(maps[case.maps[0]].world_from_map.inverse() @ maps[case.maps[1]].world_from_map)
+    grids = [pair.first.grid, pair.second.grid]
     figure = Figure(figsize=(4.0 * PANEL_INCHES, 2.6 * PANEL_INCHES), dpi=DPI, layout="constrained")
     axes = figure.subplots(2, 2, width_ratios=(2.0, 1.0))
-    _draw_before(axes[0, 0], grids, truth)
-    _draw_after(axes[1, 0], grids, truth)
-    for row, method in enumerate((PLAIN, CORRECTED)):
-        answer = _answer(study, case, method, seed)
-        place = None if answer is None else answer.pair.answer
-        _draw_merged(axes[row, 1], grids, place)
-        _titled(axes[row, 1], method, _caption(answer))
-    figure.suptitle(f"{case.title}; seed {seed}", fontsize=12, color=INK, fontweight="bold")
+    _draw_before(axes[0, 0], grids, pair.truth)
+    _draw_after(axes[1, 0], grids, pair.truth)
+    for row, (method, title) in enumerate(((PLAIN, "chapter 4: SIFT"), (CORRECTED, "chapter 5: the correction"))):
+        answer = next((one for one in answers if one.method == method), None)
+        _draw_merged(axes[row, 1], grids, None if answer is None else answer.place)
+        index = acceptance_index(pair, pair.truth)
+        _titled(axes[row, 1], title, "did not run" if answer is None else _caption(answer, index))
+    figure.suptitle(f"{case.name}: {case.differs}; seed {seed}", fontsize=12, color=INK, fontweight="bold")
     return figure
 
 
-def _answer(study: Study, case: Case, method: str, seed: int) -> CaseAnswer | None:
-    found = [a for a in study.answers if (a.case, a.pair.method, a.seed) == (case.name, method, seed)]
-    return found[0] if found else None
-
-
-def _caption(answer: CaseAnswer | None) -> str:
-    if answer is None:
-        return "did not run"
-    error = answer.pair.error
-    if answer.index is None or answer.true_index is None or error is None or error.displacement_cells is None:
-        return "no answer" if answer.pair.answer is None else "wrong: the maps have no cell in common"
-    outcome = "right" if answer.pair.right else "wrong"
-    indices = f"AI {answer.index:.3f}, at the truth {answer.true_index:.3f}"
-    return f"{outcome}, error {error.displacement_cells:.1f} cells; {indices}"
+def _caption(answer: Answer, true_index: float | None) -> str:
+    if answer.index is None or answer.displacement_cells is None or true_index is None:
+        return "no answer" if answer.place is None else "wrong: the maps have no cell in common"
+    error = f"{'right' if answer.right else 'wrong'}, error {answer.displacement_cells:.1f} cells"
+    return f"{error}; AI {answer.index:.3f}, at the truth {true_index:.3f}"
 
 
 def _draw_before(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) -> None:
     method = Sift.as_published()
-    prepared_maps = [_prepared(grid) for grid in grids]
+    prepared_maps = [prepare_map(grid) for grid in grids]
     features: list[Features] = [method.describe(prepared) for prepared in prepared_maps]
     there, here = method.matched(features[0], features[1])
     near = _near(prepared_maps, grids, there, here, truth)
@@ -110,32 +113,21 @@ def _draw_after(axes: Axes, grids: Sequence[OccupancyGrid], truth: Similarity2) 
     corrected = corrected_maps(grids)
     ratio = grids[1].frame.resolution / grids[0].frame.resolution
     found = refined_matches(corrected[0], corrected[1], SCALE.times(ratio))
-    there, here = (each.correction.structure for each in corrected)
-    longest = max(*there.shape, *here.shape)
-    structures = visible(there, longest), visible(here, longest)
+    structures = [each.correction.structure for each in corrected]
+    longest = max(max(each.shape) for each in structures)
+    shown = visible(structures[0], longest), visible(structures[1], longest)
     if not found:
         nothing = np.empty((0, 2))
-        draw_matches(axes, structures, (nothing, nothing), np.empty(0, dtype=bool))
+        draw_matches(axes, shown, (nothing, nothing), np.empty(0, dtype=bool))
         _titled(axes, "after: corners of the corrected maps", "too few agree")
         return
     best = found[0].corners
-    near = _near([_prepared(grid) for grid in grids], grids, *_corners(corrected, best.target, best.source), truth)
+    there, here = corrected[0].corners[best.target], corrected[1].corners[best.source]
+    near = _near([prepare_map(grid) for grid in grids], grids, there, here, truth)
     points = corrected[0].correction.corners[best.target], corrected[1].correction.corners[best.source]
-    draw_matches(axes, structures, points, near)
-    before, after = (("-" if index is None else f"{index:.3f}") for index in (found[0].index_before, found[0].index))
-    text = f"{len(near)} agree, {int(near.sum())} of them near the truth; AI {before}, after ICP {after}"
+    draw_matches(axes, shown, points, near)
+    text = f"{len(near)} agree, {int(near.sum())} of them near the truth (green)"
     _titled(axes, "after: corners of the corrected maps", text)
-
-
-def _corners(
-    corrected: Sequence[CorrectedMap], target: NDArray[np.intp], source: NDArray[np.intp]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return corrected[0].corners[target], corrected[1].corners[source]
-
-
-def _prepared(grid: OccupancyGrid) -> PreparedMap:
-    cropped = grid.cropped(PreparationSettings.border_cells)
-    return PreparedMap(OccupancyGrid(GridFrame(1.0, SE2.identity(), cropped.frame.shape), cropped.log_odds))
 
 
 def _pixels(prepared: PreparedMap, cells: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,200 +2,241 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, fields
+from statistics import median
 
 from rich.table import Table
 
 from mapquilt.evaluation.pair_rows import csv_text
-from mapquilt.evaluation.statistics import Share
 from mapquilt.viz.text_table import plain_table
-from reproductions.chen2021.cases import CASES, Case
+from merge.fusion import FUSIONS
+from reproductions.chen2021.answers import Answer
+from reproductions.chen2021.cases import (
+    CASES,
+    FACTORS,
+    FULL,
+    HALL_CASES,
+    HIGH_LEVEL,
+    HIS_LEVEL,
+    LEVELS,
+    SETS,
+    TEAM,
+    WHOLE,
+    Case,
+    factor_name,
+    plane_name,
+)
 from reproductions.chen2021.make import Study
-from reproductions.chen2021.methods import CORRECTED, PLAIN
-from reproductions.chen2021.tally import CaseTally
+from reproductions.chen2021.methods import (
+    ALL_GREYS,
+    CONSENSUS,
+    CORRECTED,
+    CORRECTED_VERIFIED,
+    FAST_BRISK,
+    ICP,
+    ORB,
+    OURS,
+    PARTS,
+    PLAIN,
+    PLAIN_VERIFIED,
+    TWO_GREYS,
+    without,
+)
+from reproductions.chen2021.tally import Tallies, Tally
 
-OURS = "quilt"
 MISSING = "-"
+COMPARED = (PLAIN, ORB, CORRECTED, OURS)
+VARIANTS = {
+    "chapter 3, the flow of the research": {
+        "chapter 4: SIFT on the maps": PLAIN,
+        "chapter 5, descriptors: SIFT on the corrected maps": without(CONSENSUS),
+        "chapter 5, geometry: corners, without ICP": without(ICP),
+        "chapter 5, geometry and ICP: the correction": CORRECTED,
+        "chapter 4, verified by `mapquilt`": PLAIN_VERIFIED,
+        "chapter 5, verified by `mapquilt`": CORRECTED_VERIFIED,
+    },
+    "section 4.6.1, features": {"SIFT": PLAIN, "ORB": ORB, "FAST and BRISK": FAST_BRISK},
+    "appendix A, greys of the picture": {"three": PLAIN, "a grey for each probability": ALL_GREYS, "two": TWO_GREYS},
+    "the correction, one part left out": {
+        "nothing": CORRECTED,
+        **{{"binarise": "binarise (unknown is wall)"}.get(part, part): without(part) for part in PARTS},
+    },
+}
+"""Rows of the table of variants, in groups."""
 
 
-def markdown(study: Study, counted: Sequence[CaseTally]) -> str:
-    """Write the whole report."""
+def markdown(study: Study, counted: Tallies) -> str:
+    """Write all tables."""
     parts = [
         "# Reproduction of Chen (2021)",
-        f"Seeds per case: {study.spec.seeds}. An answer is right within 10 cells, 5 degrees and 5 % of scale. Shares "
-        "have Wilson's 95 % interval; the acceptance index (AI) is a median on the original rasters. The values of the "
-        "thesis are those of its own scripts on its author's maps.",
-        "## The two pipelines as published",
-        compact(counted),
-        "## Every method",
-        "Right, %, and in brackets the number of false accepts. `as published` a method decides for itself; the others "
-        "use the common acceptance.",
-        overview(study.spec.methods, counted),
-        "## Every method, case by case",
-        "Errors are medians of the right answers, for the three robots the greatest of any two; seconds are medians of "
-        "the processor time of a pair, or of all three.",
-        *(_of_case(case, counted) for case in CASES),
+        f"Maps: {study.seeds} pairs per row. Right: within 10 cells, 5 degrees and 5 % of scale; in per cent of all "
+        "runs, with Wilson's 95 % interval of so many pairs of maps. A method with random numbers has 5 runs on each.",
+        "## Cases, as the thesis's maps are",
+        cases_table(counted),
+        "## The same with full coverage",
+        full_table(counted),
+        "## The maps",
+        descriptors_table(study),
+        "## Acceptance index",
+        index_table(counted),
+        "## Ablation: overlap and clearing",
+        plane_table(counted),
+        "## Ablation: one property changed",
+        factors_table(counted),
+        "## Variants",
+        variants_table(counted),
+        "## Appendix A: values of cells that both maps know",
+        fusion_table(study),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def compact(counted: Sequence[CaseTally]) -> str:
-    """Tabulate thesis and reproduction side by side, for the two pipelines and ``quilt``."""
-    head = ("case", "differs by", "overlap", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "AI SIFT")
-    with_ours = any(one.method == OURS for one in counted)
-    rows = [(*head, "AI corrected", "AI at the truth", *((f"{OURS} %",) if with_ours else ()))]
+def cases_table(counted: Tallies) -> str:
+    """Tabulate the thesis's results beside those on maps that overlap as his."""
+    head = ("case", "differs by", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "quilt %")
+    rows = []
     for case in CASES:
-        found = {one.method: one for one in counted if one.case.name == case.name}
-        if not {PLAIN, CORRECTED} <= found.keys():
-            continue
-        plain, corrected = found[PLAIN], found[CORRECTED]
-        measured = case.measured
+        his = case.measured
+        plain = MISSING if his is None else f"{his.plain} of 20"
+        corrected = MISSING if his is None or his.corrected is None else f"{his.corrected} of 5"
+        found = [share(counted[case.name, method]) for method in (PLAIN, CORRECTED, OURS)]
+        rows.append((case.name, case.differs, plain, found[0], corrected, *found[1:]))
+    team = [share(counted[TEAM, method]) for method in (PLAIN, CORRECTED, OURS)]
+    return _table(head, [*rows, (TEAM, "three wings", MISSING, team[0], MISSING, *team[1:])])
+
+
+def full_table(counted: Tallies) -> str:
+    rows = [(case.name, *_shares(counted, case.name + FULL)) for case in HALL_CASES]
+    return _table(("case", *(f"{method} %" for method in COMPARED)), rows)
+
+
+def descriptors_table(study: Study) -> str:
+    """Tabulate medians of what describes the maps, ranges of the overlap, and the thesis's values in brackets."""
+    head = ("case", "overlap of the second", "of the first", "known, first", "known, second")
+    rows = []
+    for case in CASES:
+        found = [one for one in study.descriptors if one.trial == case.name]
+        hall = case in HALL_CASES
         rows.append(
             (
                 case.name,
-                case.differs,
-                _percent(plain.overlap),
-                MISSING if measured is None else measured.plain_text,
-                _share(plain.right),
-                MISSING if measured is None else measured.corrected_text,
-                _share(corrected.right),
-                _number(plain.index, 3) + ("" if measured is None else f" ({measured.plain_index:.3f})"),
-                _number(corrected.index, 3),
-                _number(plain.true_index, 3) + ("" if measured is None else f" ({measured.true_index:.3f})"),
-                *((_share(found[OURS].right),) if with_ours else ()),
+                f"{_spread([one.of_second for one in found])} ({case.overlap.of_second:.2f})",
+                f"{_spread([one.of_first for one in found])} ({case.overlap.of_first:.2f})",
+                *((number(median(one.known[k] for one in found), 2) if hall else MISSING) for k in (0, 1)),
+                *(number(median(one.holes[k] for one in found), 2) for k in (0, 1)),
+                f"{median(one.pieces[1] for one in found):.0f}" + (f" ({case.pieces})" if case.pieces else ""),
+                number(median(one.thickness[1] for one in found), 1),
             )
         )
-    return _rows(rows) + "\n\nIn brackets beside an AI: the thesis's."
+    return _table((*head, "holes, first", "holes, second", "pieces, second", "thickness, second"), rows)
 
 
-def overview(methods: Sequence[str], counted: Sequence[CaseTally]) -> str:
-    """Tabulate per cent right by method and case, and false accepts in brackets if there are any."""
-    by_place = {(one.case.name, one.method): one for one in counted}
-    head = ("method", *(case.name for case in CASES))
-    rows = [(method, *(_overview_cell(by_place[case.name, method]) for case in CASES)) for method in methods]
-    return _rows([head, *rows])
+def index_table(counted: Tallies) -> str:
+    """Tabulate the acceptance index of both pipelines, on original rasters and as the thesis computes it."""
+    head = ("case", "SIFT", "corrected", "thesis, SIFT", "thesis, at the truth")
+    rows = []
+    for case in CASES:
+        his, found = case.measured, [counted[case.name, method] for method in (PLAIN, CORRECTED)]
+        if his is not None and his.reported_index is not None:
+            rasters = (*(number(one.index) for one in found), number(his.plain_index), number(his.true_index))
+            greys = (*(number(one.his_index, 4) for one in found), number(his.reported_index, 4))
+            rows.append((case.name, *rasters, *greys))
+    return _table((*head, "SIFT, of greys", "corrected, of greys", "thesis, corrected, of greys"), rows)
 
 
-def _overview_cell(one: CaseTally) -> str:
-    wrong = f" ({one.false_accepts})" if one.false_accepts else ""
-    return f"{100 * one.right.value:.0f}{wrong}"
+def plane_table(counted: Tallies) -> str:
+    head = [f"{method}{suffix}" for suffix in (" %", ", cleared") for method in COMPARED]
+    rows = []
+    for level in (*LEVELS, WHOLE):
+        cells = (cell for cleared in (False, True) for cell in _plain(counted, plane_name(level, cleared)))
+        rows.append((f"{100 * level:.0f} %" if level < WHOLE else "whole missions", *cells))
+    return _table(("overlap", *head), rows)
 
 
-HEAD = ("method", "right %", "true accepts %", "false accepts", "deg", "%", "cells", "AI", "AI at the truth", "s")
+def factors_table(counted: Tallies) -> str:
+    head = [f"{method}, {level:g}" for level in (HIS_LEVEL, HIGH_LEVEL) for method in COMPARED]
+    rows = [
+        (factor, *(cell for level in (HIS_LEVEL, HIGH_LEVEL) for cell in _plain(counted, factor_name(factor, level))))
+        for factor in FACTORS
+    ]
+    return _table(("changed", *head), rows)
 
 
-def _of_case(case: Case, counted: Sequence[CaseTally]) -> str:
-    rows = [HEAD] + [_row(one) for one in counted if one.case.name == case.name]
-    return f"### {case.title}\n\n" + _rows(rows)
+def variants_table(counted: Tallies) -> str:
+    rows: list[tuple[str, ...]] = []
+    for group, variants in VARIANTS.items():
+        rows.append((f"**{group}**", *("" for _ in SETS)))
+        rows += [(name, *(share(counted[case.name, method]) for case in SETS)) for name, method in variants.items()]
+    return _table(("right %", *(case.name for case in SETS)), rows)
 
 
-def _row(one: CaseTally) -> tuple[str, ...]:
-    return (
-        one.method,
-        _share(one.right),
-        _share(one.true_accepts),
-        str(one.false_accepts),
-        _number(one.median_error("rotation_deg"), 2),
-        _number(one.median_error("scale_percent"), 2),
-        _number(one.median_error("displacement_cells"), 1),
-        _number(one.index, 3),
-        _number(one.true_index, 3),
-        f"{one.seconds:.2f}",
-    )
+def fusion_table(study: Study) -> str:
+    """Tabulate the index of fused maps against the world, by rule."""
+
+    def cell(case: Case, rule: str) -> str:
+        return number(median(one.index for one in study.fused if (one.trial, one.rule) == (case.name, rule)), 4)
+
+    rows = [(rule, *(cell(case, rule) for case in SETS)) for rule in FUSIONS]
+    return _table(("acceptance index against the world", *(case.name for case in SETS)), rows)
 
 
-def _rows(rows: Sequence[Sequence[str]]) -> str:
-    rule = ["---", *("---:" for _ in rows[0][1:])]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (rows[0], rule, *rows[1:]))
+def share(one: Tally) -> str:
+    """Write a share with its interval, in per cent."""
+    return f"{100 * one.share:.0f} [{100 * one.interval.low:.0f}, {100 * one.interval.high:.0f}]"
 
 
-def _share(share: Share) -> str:
-    return f"{100 * share.value:.0f} [{100 * share.interval.low:.0f}, {100 * share.interval.high:.0f}]"
-
-
-def _number(value: float | None, digits: int) -> str:
+def number(value: float | None, digits: int = 3) -> str:
     return MISSING if value is None else f"{value:.{digits}f}"
 
 
-SHOWN = (PLAIN, CORRECTED, "sift", "morphology", OURS)
-"""Methods that the terminal has room for."""
+def _shares(counted: Tallies, trial: str) -> list[str]:
+    return [share(counted[trial, method]) for method in COMPARED]
 
 
-def terminal_table(counted: Sequence[CaseTally]) -> Table:
-    """Tabulate the shares of right answers by case, in per cent: of the thesis, and of the main methods."""
-    shown = [method for method in SHOWN if any(one.method == method for one in counted)]
-    head = ("overlap", "thesis: SIFT", "thesis: corrected", *shown)
-    table = plain_table(("right [%]", False), *((name, True) for name in head))
-    by_place = {(one.case.name, one.method): one for one in counted}
+def _plain(counted: Tallies, trial: str) -> list[str]:
+    return [f"{100 * counted[trial, method].share:.0f}" for method in COMPARED]
+
+
+def _spread(values: Sequence[float]) -> str:
+    return f"{median(values):.2f} [{min(values):.2f}, {max(values):.2f}]"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    rule = ["---", *("---:" for _ in head[1:])]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (head, rule, *rows))
+
+
+def terminal_table(counted: Tallies) -> Table:
+    """Tabulate the shares of right answers by case, in per cent, beside those of the thesis."""
+    table = plain_table(
+        ("right [%]", False), *((name, True) for name in ("thesis: SIFT", "thesis: corrected", PLAIN, CORRECTED, OURS))
+    )
     for case in CASES:
-        overlap = next(one.overlap for one in counted if one.case == case)
-        thesis = (MISSING, MISSING)
-        if case.measured is not None:
-            thesis = (case.measured.plain_text, case.measured.corrected_text)
-        shares = (f"{100 * by_place[case.name, method].right.value:.0f}" for method in shown)
-        table.add_row(case.name, _percent(overlap), *thesis, *shares)
+        his = case.measured
+        plain = MISSING if his is None else f"{100 * his.plain / 20:.0f}"
+        corrected = MISSING if his is None or his.corrected is None else f"{100 * his.corrected / 5:.0f}"
+        table.add_row(
+            case.name, plain, corrected, *(f"{100 * counted[case.name, m].share:.0f}" for m in (PLAIN, CORRECTED, OURS))
+        )
     return table
 
 
-def _percent(share: float | None) -> str:
-    return MISSING if share is None else f"{100 * share:.0f} %"
-
-
-PAIR_COLUMNS = (
-    *("method", "outcome", "right", "accepted", "confidence", "rotation_deg", "scale_percent", "displacement_cells"),
-    *("x", "y", "yaw", "scale"),
-)
-CASE_COLUMNS = (
-    *("case", "differs_by", "method", "overlap", "runs", "right", "right_low", "right_high", "true_accepts"),
-    *("true_accepts_low", "true_accepts_high", "false_accepts", "rotation_deg", "scale_percent", "displacement_cells"),
-    *("index", "true_index", "thesis_right", "thesis_runs", "thesis_index", "thesis_true_index"),
-)
-
-
-def table_csv(counted: Sequence[CaseTally]) -> str:
-    """Write a row for each case and method, without times; what does not apply is left empty."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(CASE_COLUMNS)
-    for one in counted:
-        right, accepted = one.right, one.true_accepts
-        writer.writerow(
-            (
-                *(one.case.name, one.case.differs, one.method, one.overlap, right.of),
-                *(right.count, right.interval.low, right.interval.high),
-                *(accepted.count, accepted.interval.low, accepted.interval.high, one.false_accepts),
-                *(one.median_error(name) for name in ("rotation_deg", "scale_percent", "displacement_cells")),
-                *(one.index, one.true_index),
-                *_measured(one),
-            )
-        )
-    return text.getvalue()
-
-
-def _measured(one: CaseTally) -> tuple[float | None, ...]:
-    measured = one.case.measured
-    if measured is None or one.method not in (PLAIN, CORRECTED):
-        return (None, None, None, None if measured is None else measured.true_index)
-    if one.method == PLAIN:
-        return (measured.plain, measured.plain_runs, measured.plain_index, measured.true_index)
-    runs = None if measured.corrected is None else measured.corrected_runs
-    return (measured.corrected, runs, None, measured.true_index)
-
-
 def answers_csv(study: Study) -> str:
-    """Write a row for each answer: case, seed, acceptance indices and the evaluated pair."""
-    columns = ("case", "seed", "index", "true_index", *PAIR_COLUMNS)
-    rows = ({name: (row | row["pair"])[name] for name in columns} for row in (one.record() for one in study.answers))
-    return csv_text(rows, columns)
+    """Write a row for each answer."""
+    return csv_text((asdict(one) for one in study.answers), [field.name for field in fields(Answer)])
 
 
-def timings_csv(study: Study) -> str:
-    """Write the processor seconds of each answer."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("case", "seed", "method", "seconds"))
-    for answer, seconds in zip(study.answers, study.seconds, strict=True):
-        writer.writerow((answer.case, answer.seed, answer.pair.method, f"{seconds:.4f}"))
-    return text.getvalue()
+TABLE_COLUMNS = (
+    *("trial", "method", "maps", "runs", "right", "right_low", "right_high", "false_accepts"),
+    *("index", "his_index", "error_cells"),
+)
+
+
+def table_csv(counted: Tallies) -> str:
+    """Write a row for each trial and method; what does not apply is left empty."""
+    rows = (
+        asdict(one) | {"trial": trial, "method": method, "right_low": one.interval.low, "right_high": one.interval.high}
+        for (trial, method), one in counted.items()
+    )
+    return csv_text(rows, TABLE_COLUMNS)

@@ -1,94 +1,77 @@
-"""Answers of the reproduction, aggregated by case and method."""
+"""Answers of the reproduction, counted by trial and method."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
-from statistics import median
+from statistics import NormalDist, median
 
-from mapping.seeds import Role, stream
-from mapquilt.evaluation.aggregation import Aggregate, aggregate
-from mapquilt.evaluation.statistics import Share
-from reproductions.chen2021.answers import compared_cells
-from reproductions.chen2021.cases import CASES, PLACES, Case
-from reproductions.chen2021.make import Study, maps_file
-from reproductions.chen2021.map_store import read_maps
+from mapquilt.evaluation.statistics import LEVEL, Interval
+from reproductions.chen2021.answers import Answer
+
+Z = NormalDist().inv_cdf((1.0 + LEVEL) / 2.0)
 
 
 @dataclass(frozen=True)
-class CaseTally:
-    """One case and method; None if there is nothing to count.
+class Tally:
+    """One method on the maps of one trial.
 
-    ``overlap``: median true overlap of the two maps, as a share of the smaller; ``found``: shares and errors; ``index``
-    and ``true_index``: median acceptance index at the answers and at the truth; ``seconds``: median.
+    ``right`` of ``runs`` on ``maps`` pairs of maps; ``false_accepts``: accepted and wrong. The indices are medians of
+    the runs, the error of the right ones; None if there are none.
     """
 
-    case: Case
-    method: str
-    overlap: float | None
-    found: Aggregate
+    right: int
+    runs: int
+    maps: int
+    false_accepts: int
     index: float | None
-    true_index: float | None
-    seconds: float
+    his_index: float | None
+    error_cells: float | None
+
+    @staticmethod
+    def of(answers: Sequence[Answer]) -> Tally:
+        right = [one for one in answers if one.right]
+        return Tally(
+            right=len(right),
+            runs=len(answers),
+            maps=len({one.seed for one in answers}),
+            false_accepts=sum(one.accepted and not one.right for one in answers),
+            index=_median([one.index for one in answers]),
+            his_index=_median([one.his_index for one in answers]),
+            error_cells=_median([one.displacement_cells for one in right]),
+        )
 
     @property
-    def right(self) -> Share:
-        return _counted(self.found.right)
+    def share(self) -> float:
+        return self.right / self.runs
 
     @property
-    def true_accepts(self) -> Share:
-        return _counted(self.found.true_accepts)
-
-    @property
-    def false_accepts(self) -> int:
-        return _counted(self.found.false_accepts).count
-
-    def median_error(self, name: str) -> float | None:
-        """Return the median of an error of ``TransformError`` over right answers."""
-        errors = self.found.errors_right[name]
-        return None if errors is None else errors.median
+    def interval(self) -> Interval:
+        """Return Wilson's interval of the share; runs on the same maps are not independent, so maps are counted."""
+        return wilson(self.share, self.maps)
 
 
-def _counted(share: Share | None) -> Share:
-    if share is None:
-        raise ValueError("a case has no answers")
-    return share
+Tallies = Mapping[tuple[str, str], Tally]
+"""By trial and method."""
 
 
-def tallies(study: Study, overlaps: Mapping[str, float]) -> list[CaseTally]:
-    """Aggregate each case and method, by case; ``overlaps`` by case."""
-    return [_tally(study, case, method, overlaps.get(case.name)) for case in CASES for method in study.spec.methods]
+def tallies(answers: Sequence[Answer]) -> dict[tuple[str, str], Tally]:
+    """Count the answers of each trial and method, in their order."""
+    groups = defaultdict[tuple[str, str], list[Answer]](list)
+    for one in answers:
+        groups[one.trial, one.method].append(one)
+    return {names: Tally.of(group) for names, group in groups.items()}
 
 
-def _tally(study: Study, case: Case, method: str, overlap: float | None) -> CaseTally:
-    timed = zip(study.answers, study.seconds, strict=True)
-    chosen = [(one, seconds) for one, seconds in timed if (one.case, one.pair.method) == (case.name, method)]
-    pairs = [one.pair for one, _ in chosen]
-    return CaseTally(
-        case=case,
-        method=method,
-        overlap=overlap,
-        found=aggregate(pairs, pairs, partial(stream, 0, Role.BENCHMARK_BOOTSTRAP)),
-        index=_median([one.index for one, _ in chosen]),
-        true_index=_median([one.true_index for one, _ in chosen]),
-        seconds=median(seconds for _, seconds in chosen),
-    )
+def wilson(share: float, of: int) -> Interval:
+    """Compute the 95 % interval of any share, not only a count, of ``of`` independent trials (Wilson 1927)."""
+    middle = (share + Z**2 / (2 * of)) / (1.0 + Z**2 / of)
+    reach = Z / (1.0 + Z**2 / of) * math.sqrt(share * (1.0 - share) / of + Z**2 / (4 * of**2))
+    return Interval(max(0.0, middle - reach), min(1.0, middle + reach))
 
 
-def _median(values: list[float | None]) -> float | None:
+def _median(values: Sequence[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return median(known) if known else None
-
-
-def true_overlaps(out: Path, seeds: int) -> dict[str, float]:
-    """Take the median over seeds, by case, of the commonly known area at the truth, as a share of the smaller map."""
-    found: dict[str, list[float]] = {}
-    for place in PLACES:
-        for seed in range(seeds):
-            maps = read_maps(maps_file(out, place, seed))
-            for case in (case for case in CASES if case.place == place and not case.team):
-                target, source = (maps[name] for name in case.maps)
-                found.setdefault(case.name, []).append(compared_cells(target, source).overlap)
-    return {case: median(shares) for case, shares in found.items()}

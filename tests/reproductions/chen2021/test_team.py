@@ -10,13 +10,11 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.records.result import PairResult
-from merge.settings import MergeSettings
-from reproductions.chen2021.answers import _scored_team, chained
-from reproductions.chen2021.cases import CASES, FLOOR_MAPS
+from reproductions.chen2021.cases import FLOOR_CASES, FLOOR_MAPS, TEAM
 from reproductions.chen2021.missions import DrawnMap
 from reproductions.chen2021.pictures import _around
+from reproductions.chen2021.team import chained, floor_pairs, team_answer
 
-TEAM = next(case for case in CASES if case.team)
 STARTS = {"robot 1": SE2(3.0, 4.0, 0.5), "robot 2": SE2(40.0, 2.0, -2.0), "robot 3": SE2(20.0, -9.0, 1.2)}
 
 
@@ -47,17 +45,24 @@ def all_pairs(**other):
 
 
 def scored(maps, placed, accepted=True):
-    return _scored_team(TEAM, maps, MergeSettings("sift"), 0, placed, accepted).pair
+    return team_answer(maps, "SIFT", 0, placed, accepted)
+
+
+def test_the_pairs_of_the_floor_are_those_that_the_cases_name(maps):
+    pairs = floor_pairs(maps)
+    assert list(pairs) == [case.name for case in FLOOR_CASES]
+    assert pairs["office 2 and 3"].names == ("robot 2", "robot 3")
+    assert pairs["office 2 and 3"].first is maps["robot 2"]
+    assert pairs["office 2 and 3"].truth.matrix() == pytest.approx(truth("robot 2", "robot 3").matrix())
 
 
 def test_two_right_pairs_place_all_three_robots(maps):
     placed, accepted = chained(all_pairs(one_two=Similarity2(100.0, -7.0, 3.0, 0.4)))
     assert accepted
     found = scored(maps, placed)
-    assert found.right
-    assert [found.error.rotation_deg, found.error.scale_percent, found.error.displacement_cells] == pytest.approx(
-        [0, 0, 0], abs=1e-6
-    )
+    assert (found.trial, found.right) == (TEAM, True)
+    errors = [found.rotation_deg, found.scale_percent, found.displacement_cells]
+    assert errors == pytest.approx([0, 0, 0], abs=1e-6)
 
 
 @pytest.mark.parametrize("pair_name", ["one_three", "two_three"])
@@ -73,7 +78,7 @@ def test_without_an_answer_for_a_pair_the_team_is_incomplete(maps):
     assert set(placed) == {"robot 1", "robot 3"}
     assert not accepted
     found = scored(maps, placed, accepted)
-    assert (found.right, found.error) == (False, None)
+    assert (found.right, found.displacement_cells) == (False, None)
 
 
 @pytest.mark.parametrize(("off", "right"), [(0.45, True), (0.55, False)])
@@ -83,7 +88,7 @@ def test_the_error_of_a_team_is_the_greatest_of_any_two(maps, off, right):
     placed["robot 1"] = Similarity2(0.0, off) @ placed["robot 1"]
     found = scored(maps, placed)
     assert found.right == right
-    assert found.error.displacement_cells == pytest.approx(off / 0.05)
+    assert found.displacement_cells == pytest.approx(off / 0.05)
 
 
 def test_rotations_and_scales_of_a_team_count(maps):
@@ -91,10 +96,10 @@ def test_rotations_and_scales_of_a_team_count(maps):
     about = placed["robot 2"].apply(np.array([1.0, -0.5]))  # the middle of its cells
     turned = Similarity2(*about, math.radians(6.0), 1.0) @ Similarity2(*about).inverse()
     found = scored(maps, placed | {"robot 2": turned @ placed["robot 2"]})
-    assert (found.error.rotation_deg, found.right) == (pytest.approx(6.0), False)
+    assert (found.rotation_deg, found.right) == (pytest.approx(6.0), False)
     grown = Similarity2(*about, 0.0, 1.06) @ Similarity2(*about).inverse()
     found = scored(maps, placed | {"robot 2": grown @ placed["robot 2"]})
-    assert (found.error.scale_percent, found.right) == (pytest.approx(6.0), False)
+    assert (found.scale_percent, found.right) == (pytest.approx(6.0), False)
 
 
 @pytest.mark.parametrize("place", [None, Similarity2(3.0, -2.0, 0.7), Similarity2(1.0, 1.0, -2.0, 0.5)])
