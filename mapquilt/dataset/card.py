@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.wording import counted
 from mapquilt.dataset.manifest import Manifest
 from mapquilt.dataset.spec import LICENCE, DatasetSpec
 from mapquilt.viz.palette import INK, ROBOTS
+from mapquilt.viz.plot_style import whole_numbers
 from mapquilt.viz.png import default_style, figure_png
 
 if TYPE_CHECKING:
@@ -159,7 +161,8 @@ def _histogram(
     axes: Axes, values: list[float], label: str, unit: str, limits: tuple[float, float] | None = None
 ) -> None:
     axes.hist(values, bins=24, range=limits, color=ROBOTS[0], edgecolor="white", linewidth=0.5)
+    whole_numbers(axes, "y")
     axes.set_xlabel(label, color=INK)
     axes.set_ylabel(unit, color=INK)
-    axes.set_title(f"{len(values)} {unit}", loc="left", fontsize=9, color=INK)
+    axes.set_title(counted(len(values), unit.removesuffix("s")), loc="left", fontsize=9, color=INK)
     axes.spines[["top", "right"]].set_visible(False)

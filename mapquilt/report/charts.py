@@ -22,7 +22,10 @@ from mapquilt.viz.plot_style import (
     logarithmic,
     new_figure,
     series_colour,
+    series_line,
     series_marker,
+    series_order,
+    whole_numbers,
     write_axes,
     write_heading,
     write_legend,
@@ -61,7 +64,7 @@ def common_charts(answers: Answers, of_study: bool) -> list[Chart]:
 @default_style()
 def _outcomes(answers: Answers) -> Chart:
     methods = methods_of(answers)
-    figure, (panel,) = new_figure(1, width=11.5, height=0.9 + 0.42 * len(methods))
+    figure, (panel,) = new_figure(1, width=8.0, height=0.9 + 0.42 * len(methods))
     texts = []
     for row, method in enumerate(reversed(methods)):
         here: list[str | None] = [one.outcome for one in answers if one.method == method]
@@ -78,6 +81,7 @@ def _outcomes(answers: Answers) -> Chart:
     panel.grid(visible=False)
     panel.spines[["left"]].set_visible(False)
     panel.tick_params(axis="y", length=0)
+    whole_numbers(panel, "x")
     write_axes(panel, "pairs", "")
     _colour_legend(figure, OUTCOME_COLOURS)
     return Chart(
@@ -181,7 +185,7 @@ def _errors(answers: Answers) -> Chart | None:
     accepted = [one for every in asked.values() for one in every if one.accepted]
     if not accepted:
         return None
-    figure, panels = new_figure(3, width=4.2, height=3.4)
+    figure, panels = new_figure(3, width=2.8, height=3.2)
     handles: dict[str, Line2D] = {}
     for panel, (what, unit, part, least) in zip(panels, parts, strict=True):
         for index, method in enumerate(methods):
@@ -191,7 +195,15 @@ def _errors(answers: Answers) -> Chart | None:
                 share = np.arange(1, len(values) + 1) / len(asked[method])
                 marker = series_marker(index) if len(values) <= 30 else ""
                 (handles[method],) = panel.step(
-                    values, share, where="post", color=series_colour(index), linewidth=1.8, marker=marker, markersize=4
+                    values,
+                    share,
+                    where="post",
+                    color=series_colour(index),
+                    linestyle=series_line(index),
+                    linewidth=1.8,
+                    marker=marker,
+                    markersize=4,
+                    zorder=series_order(index),
                 )
         logarithmic(panel, "x")
         in_per_cent(panel)

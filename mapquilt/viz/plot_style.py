@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 GRID = "#dfe3e8"
 MUTED = "#6a737d"
+DASHES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DPI = 120
 
@@ -26,6 +27,24 @@ def series_colour(index: int) -> str:
 
 def series_marker(index: int) -> str:
     return MARKERS[index % len(MARKERS)]
+
+
+def series_line(index: int) -> str:
+    """Return the dashes of a series, so that curves that coincide can be told apart."""
+    return DASHES[index % len(DASHES)]
+
+
+def series_order(index: int) -> float:
+    """Return the height at which a series is drawn: the first lies on top."""
+    return 3.0 - 0.01 * index
+
+
+def whole_numbers(panel: Axes, which: Literal["x", "y"]) -> None:
+    """Put the ticks of an axis of counts at whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    axis = panel.xaxis if which == "x" else panel.yaxis
+    axis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
 def new_figure(columns: int, rows: int = 1, width: float = 4.8, height: float = 3.5) -> tuple[Figure, list[Axes]]:
@@ -65,13 +84,25 @@ def write_legend(figure: Figure, handles: Sequence[Artist], names: Sequence[str]
 
 def draw_series(panel: Axes, points: Sequence[tuple[float, float, Interval | None]], index: int) -> Line2D:
     """Draw a series of places, values and intervals as a line with error bars, and return the line."""
-    colour = series_colour(index)
+    colour, zorder = series_colour(index), series_order(index)
     for place, value, bar in points:
         if bar is not None:
             reach = [[max(0.0, value - bar.low)], [max(0.0, bar.high - value)]]
-            panel.errorbar(place, value, yerr=reach, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2.5)
+            panel.errorbar(
+                place, value, yerr=reach, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2.5, zorder=zorder
+            )
     x, y = [place for place, *_ in points], [value for _, value, _ in points]
-    (line,) = panel.plot(x, y, color=colour, linewidth=1.8, marker=series_marker(index), markersize=5.0, clip_on=False)
+    (line,) = panel.plot(
+        x,
+        y,
+        color=colour,
+        linestyle=series_line(index),
+        linewidth=1.8,
+        marker=series_marker(index),
+        markersize=5.0,
+        clip_on=False,
+        zorder=zorder,
+    )
     return line
 
 

@@ -14,7 +14,7 @@ from mapquilt.viz.png import default_style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLUMNS = 3
+COLUMNS = 2
 
 
 @default_style()
