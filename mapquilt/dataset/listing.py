@@ -77,12 +77,12 @@ def pair_table(rows: Iterator[tuple[dict[str, Any], dict[str, Any]]]) -> Table:
         ("world", False),
         ("noise", True),
         ("overlap", True),
-        ("residual", True),
-        ("identifiable", False),
+        ("residual [m]", True),
+        ("one\nfit", False),
     )
     listed: Sequence[Any] = list(rows)
     for sample, pair in listed:
-        residual = "-" if pair["residual_m"] is None else f"{pair['residual_m']:.3f} m"
+        residual = "-" if pair["residual_m"] is None else f"{pair['residual_m']:.3f}"
         table.add_row(
             sample["sample"],
             pair["target"],

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapquilt.cli.tables import print_table
+from mapquilt.dataset.listing import pair_table
 from mapquilt.viz.text_table import folded, plain_table
 
 TEXTS = st.text(alphabet="ab_/.- ", max_size=60)
@@ -40,4 +41,15 @@ def test_a_table_too_wide_folds_names_and_keeps_numbers_and_headers_whole(capsys
     printed = capsys.readouterr().out
     assert max(map(len, printed.splitlines())) <= 80
     for whole in ("-1234.56, 9876.54 cells", "identifiable", "accepted", "acapulco_"):
+        assert whole in printed
+
+
+def test_a_table_of_many_long_names_still_fits(capsys: pytest.CaptureFixture[str]) -> None:
+    sample = {"sample": "000001", "split": "validation", "world": "corridor_loop", "settings": {"noise": 0.25}}
+    pair = {"target": "robot_10_part_12", "source": "robot_11_part_12"}
+    pair |= {"overlap": 1.0, "residual_m": 0.123, "identifiable": True}
+    print_table(pair_table(iter([(sample, pair)])))
+    printed = capsys.readouterr().out
+    assert max(map(len, printed.splitlines())) <= 80
+    for whole in ("000001", "target", "validation", "corridor_", "loop", "0.25", "100 %", "0.123", "fit", "yes"):
         assert whole in printed
