@@ -7,7 +7,7 @@ seed     = 6
 duration = 120
 noise    = 1
 method   = quilt
-cases    = 6000
+cases    = 2700
 out      = runs/$(world)-$(robots)-$(seed)
 PYTHON   = $(or $(shell command -v python3.11 2>/dev/null),python3)
 
@@ -174,6 +174,6 @@ help:
 	@echo '  duration=120     simulated seconds'
 	@echo '  noise=1          sensor noise, 0 for none'
 	@echo '  method=quilt     how maps are matched'
-	@echo '  cases=6000       damaged files that make fuzz tries with each reader'
+	@echo '  cases=2700       damaged files that make fuzz tries with each reader'
 	@echo '  out=runs/WORLD-ROBOTS-SEED   where the run goes'
 	@echo '  PYTHON=python3.11            the Python to set up with'

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
+from xml.parsers import expat
 
 import yaml
 
@@ -174,6 +175,23 @@ def yaml_value(data: bytes, place: str) -> Any:
             raise ValueError("it has aliases, which are not allowed")
         value = yaml.safe_load(data)
     return _checked(value, place)
+
+
+def refuse_entities(data: bytes) -> None:
+    """Raise ``ValueError`` if an XML text, in whatever encoding, is malformed or defines entities.
+
+    A few lines of entities expand to more than the memory, or read other files.
+    """
+    parser = expat.ParserCreate()
+    parser.EntityDeclHandler = _refuse_entity
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise ValueError(f"is no XML: {error}") from None
+
+
+def _refuse_entity(*declared: object) -> NoReturn:
+    raise ValueError("defines entities, which are not read")
 
 
 def printable(text: str) -> str:

@@ -83,8 +83,11 @@ def load_bag(
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    with reading(path, *_BAG_ERRORS):
-        yield
+    try:
+        with reading(path, *_BAG_ERRORS):
+            yield
+    except MemoryError:  # rosbags reserves what a length in the file says, before it reads
+        raise ValueError(f"{path}: damaged, or needs more memory than there is") from None
 
 
 def _of_type(reader: AnyReader, kind: str) -> dict[str, list[Connection]]:

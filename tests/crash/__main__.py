@@ -10,9 +10,15 @@ from pathlib import Path
 from tests.crash.cases import make_cases
 from tests.crash.kills import Case, killed, prepare, recovered, states
 
+PLAIN_SHARE = 6
+"""Kills of a verb for one of a job that is resumed, which runs twice and longer."""
+
 
 def main() -> int:
-    """Kill each verb at its changes in turn, and compare what is left with the state before and after."""
+    """Kill each verb at its changes in turn, and compare what is left with the state before and after.
+
+    A data set, a study or a calibration is continued by the same command, and compared with the state after.
+    """
     parser = argparse.ArgumentParser(prog="python -m tests.crash", description=__doc__)
     parser.add_argument("--kills", type=int, help="greatest number of kills; default: one at each change")
     kills = parser.parse_args().kills
@@ -21,8 +27,10 @@ def main() -> int:
         cases = make_cases(work)
         print(f"{'verb':24}{'kills':>7}{'all old':>9}{'all new':>9}{'mixed':>7}{'lost':>6}")
         totals = [0] * 5
-        for index, case in enumerate(cases):
-            counts = _kill(case, work, None if kills is None else (kills - totals[0]) // (len(cases) - index))
+        shares = [1 if case.resumed else PLAIN_SHARE for case in cases]
+        for index, (case, share) in enumerate(zip(cases, shares, strict=True)):
+            most = None if kills is None else (kills - totals[0]) * share // sum(shares[index:])
+            counts = _kill(case, work, most)
             totals = [total + count for total, count in zip(totals, counts, strict=True)]
             _print(case.name, counts)
         _print("all", totals)
@@ -44,7 +52,7 @@ def _kill(case: Case, work: Path, most: int | None) -> list[int]:
         prepare(case)
         if not killed(case, changes - number * changes // most, work)[0]:
             continue
-        found = recovered(case)
+        found = recovered(case, work)
         counts[0] += 1
         counts[1 if found == old else 2 if found == new else 3] += 1
         counts[4] += "notes.txt" in old and found.get("notes.txt") != old["notes.txt"]

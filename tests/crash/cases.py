@@ -6,10 +6,30 @@ import json
 import shutil
 from pathlib import Path
 
+from mapping.io.transaction import COMMIT
 from mapquilt.cli.app import run
-from tests.crash.kills import Case
+from tests.crash.kills import Case, killed, prepare, states
 
 SIMULATE = ("simulate", "office", "--robots", "2", "--duration", "6")
+ONE = ("--workers", "1")
+SPEC = """
+name: crash
+seed: 1
+missions: [{world: office, count: 4, robots: 2, duration: 15}]
+samples: {per_mission: 1, poses: [odometry]}
+other_worlds: 2
+splits: {train: 0.5, test: 0.5}
+"""
+"""The smallest set on which the confidence can be fitted: some answers are right, and some are wrong."""
+
+SMALL_SPEC = """
+name: crash
+seed: 1
+missions: [{world: office, count: 2, robots: 2, duration: 6}]
+samples: {per_mission: 1, poses: [odometry]}
+splits: {test: 1.0}
+"""
+STUDY = ("--vary", "noise=0,1", "--set", "robots=2", "--set", "duration=4", "--method", "orb", "--missions", "1")
 
 
 def make_cases(work: Path) -> list[Case]:
@@ -27,7 +47,7 @@ def make_cases(work: Path) -> list[Case]:
     pairs = work / "pairs.json"
     pairs.write_text(json.dumps({"pairs": [{"name": "one", "kind": "cut", **names, **truth}]}))
     bench = work / "bench"
-    benchmark = ("benchmark", "--pairs", pairs, "--method", "orb")
+    benchmark = ("benchmark", "--pairs", pairs, "--method", "orb", *ONE)
     _run(*benchmark, "--seed", "1", "--pictures", "0", "--out", bench)
     out = work / "out"
     verbs: list[tuple[str, tuple[object, ...], Path | None]] = [
@@ -36,14 +56,51 @@ def make_cases(work: Path) -> list[Case]:
         ("sense, over a run", ("sense", base, "--noise", "2", "--out", out), first),
         ("merge, of a run", ("merge", out, "--seed", "3", "--min-confidence", "0.05"), first),
         ("merge, over a merge", (*pair, "--seed", "3", "--out", out), maps),
+        ("merge --add, to a run", ("merge", out, "--add", maps / "inputs/0/map.pgm", "--force"), first),
+        ("merge --add, to a merge", ("merge", out, "--add", first / "robot_1/map.yaml", "--force"), maps),
         ("score", ("score", out), merged),
         ("map", ("map", base / "robot_0/log.npz", "--out", out), None),
+        ("slam-eval", ("slam-eval", base, "--robot", "robot_0", "--reference", base, "--out", out), None),
         ("report", ("report", out), first),
         ("convert, to TUM", ("convert", base, out, "--to", "tum"), None),
+        ("worlds make", ("worlds", "make", "house", "--seed", "2", "--out", out / "house.json"), _world(work)),
         ("benchmark, new", (*benchmark, "--pictures", "0", "--out", out), None),
         ("benchmark, over one", (*benchmark, "--seed", "2", "--pictures", "0", "--out", out), bench),
     ]
-    return [Case(name, tuple(map(str, arguments)), out, before) for name, arguments, before in verbs]
+    cases = [Case(name, tuple(map(str, arguments)), out, before) for name, arguments, before in verbs]
+    return cases + _jobs(work, out)
+
+
+def _world(work: Path) -> Path:
+    folder = work / "worlds"
+    folder.mkdir()
+    _run("worlds", "make", "house", "--seed", "1", "--out", folder / "house.json")
+    return folder
+
+
+def _jobs(work: Path, out: Path) -> list[Case]:
+    """Make data sets, and list the verbs that continue after a kill."""
+    for name, spec in (("fit", SPEC), ("small", SMALL_SPEC)):
+        (work / f"{name}.yaml").write_text(spec)
+        _run("dataset", "make", work / f"{name}.yaml", "--out", work / name, *ONE)
+    merge = Case("merge, of a data set", ("merge", str(out), *ONE), out, work / "small", resumed=True)
+    verbs: list[tuple[str, tuple[object, ...], Path | None]] = [
+        ("dataset make", ("dataset", "make", work / "small.yaml", "--out", out, *ONE), None),
+        ("dataset verify --repair", ("dataset", "verify", out, "--repair"), _half_merged(merge, work)),
+        ("study", ("study", *STUDY, "--out", out, *ONE), None),
+        ("calibrate", ("calibrate", "--dataset", work / "fit", "--out", out, *ONE), None),
+    ]
+    return [merge, *(Case(name, tuple(map(str, arguments)), out, before, True) for name, arguments, before in verbs)]
+
+
+def _half_merged(merge: Case, work: Path) -> Path:
+    """Return a data set whose merge was killed when its files had to move to their places."""
+    folder = work / "half"
+    for change in range(states(merge, work)[2], 0, -1):
+        prepare(merge)
+        if killed(merge, change, work)[0] and any(merge.out.rglob(f"{COMMIT}/journal.json")):
+            return Path(shutil.move(merge.out, folder))
+    raise RuntimeError("no kill left a transaction to finish")
 
 
 def _run(*arguments: object) -> None:

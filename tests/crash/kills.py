@@ -18,18 +18,24 @@ from mapquilt.cli.app import run
 CHANGES = frozenset({"open", "os.rename", "os.remove", "os.rmdir", "os.mkdir"})
 """Audit events of the interpreter that change the disk; ``open`` if it is for writing."""
 
-UNEQUAL = frozenset({"timings.json", "table.md", "reliability.png", LEDGER_FILE})
-"""Files that differ between two equal runs, only list the others, or are drawn after a benchmark is written."""
+UNEQUAL = frozenset(
+    {"timings.json", "timings.csv", "time.png", ".trials.jsonl", "table.md", "reliability.png", ".lock", LEDGER_FILE}
+)
+"""Files that hold times, only list the others, or are drawn after a benchmark is written."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A verb, the folder that it changes, and the folder of which a copy is there before."""
+    """A verb, the folder that it changes, and the folder of which a copy is there before.
+
+    A job that is ``resumed`` runs again after the kill, and must then leave the bytes of a run without a kill.
+    """
 
     name: str
     arguments: tuple[str, ...]
     out: Path
     before: Path | None
+    resumed: bool = False
 
 
 def prepare(case: Case) -> None:
@@ -92,8 +98,11 @@ def _kill_at(last: int, work: str, counter: mmap.mmap) -> None:
     sys.addaudithook(audit)
 
 
-def recovered(case: Case) -> dict[str, str]:
-    """Return the content of the folder as the next command finds it."""
+def recovered(case: Case, work: Path) -> dict[str, str]:
+    """Return the content of the folder as the next command finds it, or as the same one leaves it if it is resumed."""
+    if case.resumed:
+        killed(case, 0, work)
+        return content(case.out)
     remove_temporaries(case.out.parent)
     if not case.out.exists():
         return {}

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.io.safe_load import reading, require_file
+from worlds.floor import LARGEST
 from worlds.importing.solids import chain, walls, world_from_solids
 from worlds.world import World
 
@@ -17,6 +20,8 @@ SAG = 0.01
 """Greatest distance between a curve and the segments that replace it [m]."""
 MAX_BYTES = 2**27
 """Most bytes of a DXF file."""
+MAX_ENTITIES = 20_000
+"""Most entities, those of blocks counted each time: twice the walls that can be simulated."""
 DRAWN = frozenset(("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"))
 
 
@@ -35,8 +40,13 @@ def read_dxf(path: Path, metres_per_unit: float | None) -> tuple[World, tuple[st
     except ImportError:
         raise ImportError("a DXF drawing needs ezdxf: pip install 'mapquilt[plans]'") from None
     require_file(path, MAX_BYTES)
-    with reading("is no DXF drawing", ezdxf.DXFError):  # type: ignore[attr-defined]
+    with reading("is no DXF drawing", ezdxf.DXFError, StopIteration):  # type: ignore[attr-defined]
         drawing = ezdxf.readfile(path)  # type: ignore[attr-defined]
+        entities = list(islice(disassemble.recursive_decompose(drawing.modelspace()), MAX_ENTITIES + 1))
+        if len(entities) > MAX_ENTITIES:
+            raise ValueError(f"it has more than {MAX_ENTITIES} entities, those of blocks counted each time")
+        drawn = [each for each in entities if each.dxftype() in DRAWN and _is_shown(drawing, each)]
+        shapes = [curves.make_path(each) for each in drawn]
     if metres_per_unit is None:
         if not drawing.units:
             raise ValueError(
@@ -45,12 +55,17 @@ def read_dxf(path: Path, metres_per_unit: float | None) -> tuple[World, tuple[st
             )
         metres_per_unit = units.conversion_factor(InsertUnits(drawing.units), InsertUnits.Meters)
     segments: list[NDArray[np.float64]] = []
-    for entity in disassemble.recursive_decompose(drawing.modelspace()):
-        layer = drawing.layers.get(entity.dxf.layer) if entity.dxf.layer in drawing.layers else None
-        if entity.dxftype() not in DRAWN or (layer is not None and (layer.is_off() or layer.is_frozen())):
-            continue
-        points = [(point.x, point.y) for point in curves.make_path(entity).flattening(SAG / metres_per_unit)]
+    for shape in shapes:
+        corners = np.array([(point.x, point.y) for point in shape.control_vertices()]).reshape(-1, 2)
+        if len(corners) and not np.ptp(corners, axis=0).max() * metres_per_unit <= LARGEST:
+            raise ValueError(f"a line or curve is longer than {LARGEST:g} m, the largest plan; check the unit")
+        points = [(point.x, point.y) for point in shape.flattening(SAG / metres_per_unit)]
         if len(points) > 1:
             segments.extend(chain(np.array(points) * metres_per_unit, closed=False))
     note = f"a unit of the drawing is {metres_per_unit:g} m"
     return world_from_solids(path.stem, walls(segments, THICKNESS)), (note,)
+
+
+def _is_shown(drawing: Any, entity: Any) -> bool:
+    layer = drawing.layers.get(entity.dxf.layer) if entity.dxf.layer in drawing.layers else None
+    return layer is None or not (layer.is_off() or layer.is_frozen())

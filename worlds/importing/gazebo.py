@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.io.safe_load import read_limited
+from mapping.io.safe_load import read_limited, refuse_entities
 from worlds.importing.solids import world_from_solids
 from worlds.polygon import Polygon, disc
 from worlds.world import World
@@ -41,12 +41,8 @@ def read_sdf(path: Path) -> tuple[World, tuple[str, ...]]:
     relative to another frame; ``OSError`` if it cannot be read.
     """
     data = read_limited(path, MAX_BYTES)
-    if b"<!ENTITY" in data:
-        raise ValueError("defines entities, which are not read")
-    try:
-        root = ET.fromstring(data)
-    except ET.ParseError as error:
-        raise ValueError(f"is no XML: {error}") from None
+    refuse_entities(data)
+    root = ET.fromstring(data)
     if root.tag != "sdf":
         raise ValueError(f"its root is <{root.tag}>, must be <sdf>")
     world = root.find("world")

@@ -26,9 +26,10 @@ def houseexpo_world(name: str, record: Mapping[str, Any]) -> World:
     The categories of the rooms are not used. Raises ``ValueError`` if ``verts`` is no simple polygon.
     """
     try:
-        floor = as_solid(np.array(record["verts"], dtype=np.float64).reshape(-1, 2))
+        points = np.array(record["verts"], dtype=np.float64).reshape(-1, 2)
     except (TypeError, ValueError):
         raise ValueError("verts must be a list of x, y pairs in metres") from None
+    floor = as_solid(points)
     if floor is None:
         raise ValueError("verts is no polygon of at least three corners that does not cross itself")
     return world_from_solids(name, _outer_walls(floor))

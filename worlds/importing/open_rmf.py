@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from worlds.importing.cells import MAX_BOXES
 from worlds.importing.solids import walls, world_from_solids
 from worlds.world import World
 
@@ -50,6 +51,10 @@ def building_world(name: str, record: Mapping[str, Any], level: str | None = Non
             * _metres_per_pixel(levels, chosen, str(record.get("reference_level_name", next(iter(levels)))))
         )
     edges, doors = (_edges(levels[chosen], kind, vertices, place) for kind in ("walls", "doors"))
+    if len(edges) > MAX_BOXES or len(doors) > MAX_BOXES:
+        raise ValueError(
+            f"{place} has {len(edges)} walls and {len(doors)} doors, must have at most {MAX_BOXES} of each"
+        )
     return world_from_solids(name, walls([part for edge in edges for part in _cut(edge, doors)], THICKNESS))
 
 
@@ -117,11 +122,9 @@ def _cut(edge: Points, doors: Sequence[Points] | Points) -> list[Points]:
     along = (edge[1] - edge[0]) / length
     normal = np.array((-along[1], along[0]))
     bounds = [0.0]
-    for first, last in sorted(
-        sorted(float(end @ along) for end in door - edge[0])
-        for door in doors
-        if np.all(np.abs((door - edge[0]) @ normal) <= THICKNESS)
-    ):
+    offsets = np.reshape(doors, (-1, 2, 2)) - edge[0]
+    inside = offsets[np.all(np.abs(offsets @ normal) <= THICKNESS, axis=1)]
+    for first, last in sorted(map(sorted, (inside @ along).tolist())):
         # The wall ends half its thickness before the door, since its box exceeds it by that.
         bounds += [first - THICKNESS / 2.0, last + THICKNESS / 2.0]
     bounds.append(length)

@@ -13,7 +13,7 @@ from worlds.floor import LARGEST
 from worlds.importing.cells import BORDER_WALL, MAX_BOXES, cell_boxes, outdoor_cells
 from worlds.polygon import Polygon, box, is_simple, signed_area, turned_box
 from worlds.raster import true_raster
-from worlds.world import World
+from worlds.world import MAX_CORNERS, World
 
 CELL = 0.05
 """Cell size of the raster on which outdoor areas are searched [m], as in the check that a world can be explored."""
@@ -46,8 +46,13 @@ def chain(points: NDArray[np.float64], closed: bool) -> NDArray[np.float64]:
 
 
 def as_solid(points: NDArray[np.float64]) -> Polygon | None:
-    """Return the points (N, 2) as a polygon that runs counter-clockwise, None if they enclose no simple area."""
+    """Return the points (N, 2) as a polygon that runs counter-clockwise, None if they enclose no simple area.
+
+    Raises ``ValueError`` if it has more corners than a world's polygon may have.
+    """
     corners = points[np.any(points != np.roll(points, 1, axis=0), axis=1)]
+    if len(corners) > MAX_CORNERS:
+        raise ValueError(f"a polygon of the plan has {len(corners)} corners, must have at most {MAX_CORNERS}")
     if len(corners) < 3 or signed_area(corners) == 0.0 or not is_simple(corners):
         return None
     return corners if signed_area(corners) > 0.0 else corners[::-1]

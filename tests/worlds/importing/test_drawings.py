@@ -327,7 +327,7 @@ def test_drawings_in_svg_need_a_resolution_and_must_be_svg(tmp_path: Path) -> No
         read_plan(path, None, PlanOptions())
     with pytest.raises(ValueError, match=r"room\.svg: the plan's resolution is -1"):
         read_plan(path, None, PlanOptions(resolution=-1.0))
-    for text, message in (("<svg", "is no SVG"), ("<svg><!ENTITY a></svg>", "defines entities"), ("<svg/>", "no wall")):
+    for text, message in (("<svg", "is no XML"), ("<svg/>", "no wall")):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(ValueError, match=rf"room\.svg: .*{message}"):
             read_plan(path, None, PlanOptions(resolution=0.02))
@@ -348,3 +348,73 @@ def test_a_missing_library_is_named_with_its_extra(
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(ImportError, match=rf"needs {library}: pip install 'mapquilt\[plans\]'"):
         read_plan(tmp_path / name, None, PlanOptions(resolution=0.02))
+
+
+# Bounds
+
+
+BOMB = """<?xml version="1.0" encoding="{encoding}"?>
+<!DOCTYPE {root} [<!ENTITY a "1 "><!ENTITY b "&a;&a;&a;&a;">]>
+<{root}>&b;</{root}>"""
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+@pytest.mark.parametrize(("name", "root"), [("plan.sdf", "sdf"), ("plan.svg", "svg")])
+def test_entities_are_refused_in_any_encoding(tmp_path: Path, encoding: str, name: str, root: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(BOMB.format(encoding=encoding, root=root).encode(encoding))
+    with pytest.raises(ValueError, match=f"{name}: defines entities"):
+        read_plan(path, None, PlanOptions(resolution=0.02 if root == "svg" else None))
+
+
+def svg_plan(folder: Path, content: str) -> Path:
+    path = folder / "plan.svg"
+    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9">{content}</svg>')
+    return path
+
+
+def test_copies_of_a_drawing_are_counted_before_they_are_drawn(tmp_path: Path) -> None:
+    nested = '<g id="g0"><path d="M0 0H9" stroke="#000"/></g>'
+    for level in range(1, 12):
+        nested += f'<g id="g{level}">' + f'<use href="#g{level - 1}"/>' * 10 + "</g>"
+    with pytest.raises(ValueError, match="elements with their copies, must have at most 200000"):
+        read_plan(svg_plan(tmp_path, nested), None, PlanOptions(resolution=0.02))
+    itself = svg_plan(tmp_path, '<g id="g"><use href="#g"/></g>')
+    with pytest.raises(ValueError, match="an element is a copy of itself"):
+        read_plan(itself, None, PlanOptions(resolution=0.02))
+
+
+def test_polygons_of_too_many_corners_are_refused(tmp_path: Path, monkeypatch) -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 20_000, endpoint=False)
+    verts = np.column_stack((9.0 * np.cos(angles), 9.0 * np.sin(angles)))
+    with pytest.raises(ValueError, match="has 20000 corners, must have at most 3000"):
+        houseexpo_world("house", {"verts": verts.tolist()})
+    monkeypatch.setattr("worlds.importing.svg.MAX_COMPARED", 100)
+    with pytest.raises(ValueError, match="fills have more corners than can be compared"):
+        read_plan(svg_plan(tmp_path, '<path d="M0 0L9 0L9 9Z"/>' * 12), None, PlanOptions(resolution=0.02))
+
+
+def test_drawings_in_dxf_are_bounded(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("worlds.importing.dxf.MAX_ENTITIES", 100)
+    ezdxf = pytest.importorskip("ezdxf")
+    for name, message in (("circle", "longer than 500 m"), ("b2", "more than 100 entities")):
+        document = ezdxf.new()
+        document.units = 6
+        document.blocks.new("circle").add_circle((0, 0), 1e9)
+        document.blocks.new("b0").add_line((0, 0), (1, 0))
+        for level in range(1, 3):
+            block = document.blocks.new(f"b{level}")
+            for _ in range(11):
+                block.add_blockref(f"b{level - 1}", (0, 0))
+        document.modelspace().add_blockref(name, (0, 0))
+        document.saveas(tmp_path / "plan.dxf")
+        with pytest.raises(ValueError, match=message):
+            read_plan(tmp_path / "plan.dxf", None, PlanOptions())
+
+
+def test_a_cut_off_dxf_is_refused(tmp_path: Path) -> None:
+    """The library raises StopIteration then."""
+    path = tmp_path / "plan.dxf"
+    path.write_text("0\nSECTION\n2\n")
+    with pytest.raises(ValueError, match=r"plan\.dxf: is no DXF drawing"):
+        read_plan(path, None, PlanOptions())
