@@ -95,7 +95,7 @@ test-fast: $(stamp)
 
 # The tests that call compiled loops, with every index checked; the compiler's cache does not tell the two apart.
 kernels = tests/mapping/grid tests/mapping/ground_truth tests/mapping/particle tests/mapping/slam tests/merge/alignment \
-  tests/merge/literature tests/merge/preparation tests/merge/proposers tests/merge/verification tests/sim/mission \
+  tests/merge/literature tests/merge/preparation tests/merge/proposers tests/merge/verification tests/sim/mission tests/sim/navigation \
   tests/sim/sensors
 
 test-bounds: $(stamp)

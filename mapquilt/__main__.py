@@ -10,9 +10,18 @@ from types import FrameType
 
 from mapquilt.cli.exit_status import BAD_INPUT, CLOSED_PIPE, INTERRUPTED, TERMINATED, Termination
 
+LEAST_ADDRESSES = 2**31
+"""Least address space [bytes]: the libraries alone map 1 GB of it."""
+
+ADDRESSES_PER_CORE = 2**26
+"""Address space that the two copies of OpenBLAS, of NumPy and SciPy, reserve for each core [bytes]."""
+
 
 def main() -> None:
     """Run the command line and exit with its status."""
+    problem = _problem()
+    if problem is not None:
+        sys.exit(_fail(problem, BAD_INPUT))
     signal.signal(signal.SIGTERM, _terminate)
     _fill_descriptors()
     if sys.stdout is None:
@@ -34,6 +43,18 @@ def main() -> None:
     if status in (INTERRUPTED, TERMINATED):
         exec("")  # if the interrupt ended generated code, such as a dataclass's, CPython would not heed our exit status
     sys.exit(_flushed(status))
+
+
+def _problem() -> str | None:
+    """Return why this system cannot run the program, None if it can. OpenBLAS waits for ever if it gets no memory."""
+    if os.name != "posix":
+        return "needs a POSIX system (Linux, macOS, or WSL on Windows), whose file locks it uses"
+    from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
+
+    limit, least = getrlimit(RLIMIT_AS)[0], LEAST_ADDRESSES + (os.cpu_count() or 1) * ADDRESSES_PER_CORE
+    if limit == RLIM_INFINITY or limit >= least:
+        return None
+    return f"ulimit -v is {limit // 1024} kB, must be at least {least // 1024} kB"
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

@@ -37,6 +37,8 @@ _LFS = b"version https://git-lfs"
 _JPEG_NOISE = 8
 """A JPEG's grey so near to one of a map saver's is meant to be that."""
 _SAVED_GREYS = (0, 205, 254)
+_BAND_PIXELS = 2**22
+"""Pixels that are converted at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,14 +144,26 @@ def _decoding(kind: str) -> Iterator[None]:
 
 
 def _grey_and_alpha(image: Image.Image) -> Picture:
+    """Convert band by band, because a colour picture of some kilobytes can unpack to gigabytes."""
+    width, height = image.size
+    grey = np.empty((height, width), np.uint8)
+    transparent = image.has_transparency_data and not image.mode.startswith("I")
+    opaque = np.empty((height, width), np.bool_) if transparent else None
+    rows = max(1, _BAND_PIXELS // width)
+    for first in range(0, height, rows):
+        band, place = image.crop((0, first, width, min(first + rows, height))), slice(first, first + rows)
+        if opaque is not None:
+            red_green_blue_alpha = band.convert("RGBA")
+            opaque[place] = np.asarray(red_green_blue_alpha.getchannel("A")) == 255
+            band = red_green_blue_alpha.convert("RGB")
+        grey[place] = _grey(band)
+    return Picture(grey, opaque)
+
+
+def _grey(image: Image.Image) -> NDArray[np.uint8]:
     if image.mode.startswith("I"):
-        values = np.asarray(image).astype(np.uint32)
-        return Picture(((values * 255 + 32767) // 65535).astype(np.uint8))
-    if image.has_transparency_data:
-        red_green_blue_alpha = image.convert("RGBA")
-        grey = np.array(red_green_blue_alpha.convert("RGB").convert("L"))
-        return Picture(grey, np.asarray(red_green_blue_alpha.getchannel("A")) == 255)
-    return Picture(np.array(image.convert("RGB").convert("L") if image.mode == "P" else image.convert("L")))
+        return ((np.asarray(image).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
+    return np.asarray(image.convert("RGB").convert("L") if image.mode == "P" else image.convert("L"))
 
 
 def _png_bytes(picture: Picture) -> bytes:

@@ -95,8 +95,7 @@ def read_limited(path: Path, max_bytes: int, may_be_empty: bool = False) -> byte
     """
     if path.is_dir():
         raise ValueError(f"{path}: not a file")
-    at_once = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    with os.fdopen(os.open(path, at_once), "rb") as file:
+    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
         found = os.fstat(file.fileno())
         if not stat.S_ISREG(found.st_mode):
             raise ValueError(f"{path}: not a file")

@@ -31,6 +31,8 @@ SUBCELLS = 65535.0
 MARGIN = 4
 """Tables grow by at least this number of tiles."""
 
+FARTHEST = 2**31
+"""Largest distance from the origin [cells]: products of such numbers stay exact."""
 
 COUNT_LIMIT = 65535
 """A cell stops counting at this number of visits, the largest of 16 bits: at 0.5 m an update, after 30 km there."""
@@ -74,7 +76,7 @@ class TiledMaps:
     def integrate(self, particle: int, scan: LidarScan, map_from_lidar: SE2, clear_range: float) -> None:
         """Add a scan to the map of one particle; beams without a return clear the cells up to ``clear_range`` [m].
 
-        Raises ``ValueError`` if the map would get more than 400 million cells.
+        Raises ``ValueError`` if the map would get more than 400 million cells, or the scan lies too far off.
         """
         ends, kinds = beam_ends(
             scan.ranges,
@@ -89,7 +91,13 @@ class TiledMaps:
         if (kinds == SKIP).all():
             return
         start = np.array([map_from_lidar.x, map_from_lidar.y]) / self.resolution
-        low, high = scan_extent(start, ends)[:, ::-1].astype(np.int64) // TILE
+        extent = scan_extent(start, ends)
+        if not np.abs(extent).max() <= FARTHEST:
+            raise ValueError(
+                f"TiledMaps: a scan reaches {np.abs(extent).max() * self.resolution:g} m from the origin of the map; "
+                "its pose or its ranges are wrong"
+            )
+        low, high = extent[:, ::-1].astype(np.int64) // TILE
         self._cover(low, high)
         shape = (high - low + 1) * TILE
         first = low * TILE

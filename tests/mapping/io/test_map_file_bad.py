@@ -21,6 +21,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
 from mapping.io.map_yaml import MAX_BYTES
+from mapping.io.picture import read_picture
 
 GOOD = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
 
@@ -285,3 +286,19 @@ def test_an_image_whose_name_differs_by_capitals_is_named(tmp_path):
     path.write_text("image: M.PGM\nresolution: 0.05\norigin: [0, 0, 0]\n")
     with pytest.raises(FileNotFoundError, match=r"image M\.PGM: no such file; m\.pgm is there: correct the capitals"):
         load_map(path)
+
+
+@pytest.mark.parametrize("mode", ["RGBA", "I;16", "P", "LA", "RGB", "1"])
+def test_a_picture_is_converted_by_bands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: str) -> None:
+    """A colour picture of 0.5 MB unpacks to 0.5 GB; converted as a whole it took 1.8 GB."""
+    values = np.random.default_rng(1).integers(0, 256, (13, 7, 4), dtype=np.uint8)
+    deep = Image.fromarray(values[..., 0].astype(np.uint16) * 257)
+    image = deep if mode == "I;16" else Image.fromarray(values, "RGBA").convert(mode)
+    image.save(tmp_path / "map.png")
+    whole = read_picture(tmp_path / "map.png")
+    monkeypatch.setattr("mapping.io.picture._BAND_PIXELS", 20)
+    bands = read_picture(tmp_path / "map.png")
+    assert np.array_equal(whole.grey, bands.grey)
+    assert (whole.opaque is None) == (bands.opaque is None) == (mode not in ("RGBA", "LA", "P"))
+    assert whole.opaque is None or np.array_equal(whole.opaque, bands.opaque)
+    assert len(np.unique(whole.grey)) > 1

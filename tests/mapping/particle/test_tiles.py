@@ -124,3 +124,17 @@ def test_a_map_that_a_wrong_pose_would_make_huge_is_refused() -> None:
     maps.integrate(0, one_beam(2.0), SE2(), 0.0)
     with pytest.raises(ValueError, match=r"cells of 0\.05 m, must have at most 400000000"):
         maps.integrate(1, one_beam(2.0), SE2(20_000.0, 20_000.0), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("place", "reach"), [(1e18, 2.0), (2.0**58 * 32 * 0.05, 2.0), (1e300, 2.0), (0.0, 1e29), (0.0, 1e15)]
+)
+def test_a_scan_far_off_is_refused(place: float, reach: float) -> None:
+    """Whole numbers of cells overflowed, and the compiled loops got a table of another size."""
+    maps = TiledMaps(1, 0.05)
+    near, far = (LidarScan(0.0, -1.0, 0.5, 0.1, 1e30, np.full(4, length, dtype=np.float32)) for length in (2.0, reach))
+    maps.integrate(0, near, SE2(), 5.0)
+    before = [array.copy() for array in maps.counts(0)]
+    with pytest.raises(ValueError, match=r"a scan reaches .* m from the origin"):
+        maps.integrate(0, far, SE2(place), 5.0)
+    assert all(np.array_equal(*pair) for pair in zip(before, maps.counts(0), strict=True))

@@ -40,6 +40,21 @@ def test_few_descriptors_end_in_one_line(fresh_run: Path, most: int) -> None:
     assert done.returncode in (0, 1) or (done.returncode == 2 and done.stderr.count("\n") == 1), done.stderr
 
 
+@pytest.mark.parametrize("kilobytes", [300_000, 400_000, 600_000, 1_500_000])
+def test_too_little_memory_ends_in_one_line(kilobytes: int) -> None:
+    """OpenBLAS spins for ever as it is loaded within 400 MB."""
+    done = shell(f"ulimit -v {kilobytes}; {MAPQUILT} merge a.pgm b.pgm --out merged")
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"mapquilt: ulimit -v is {kilobytes} kB, must be at least ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_system_that_is_not_posix_is_named() -> None:
+    done = shell(f"PYTHONPATH={ROOT} {sys.executable} -c 'import mapquilt.__main__ as m; m.os.name = \"nt\"; m.main()'")
+    assert done.returncode == 2
+    assert done.stderr.startswith("mapquilt: needs a POSIX system")
+
+
 def test_settings_of_matplotlib_do_not_change_a_picture(merged_run: Path, tmp_path: Path) -> None:
     pictures = []
     for rc in ("", "font.size: 30\naxes.facecolor: red\nsavefig.dpi: 40\ntext.usetex: True\nimage.origin: lower\n"):
