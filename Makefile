@@ -95,8 +95,8 @@ test-fast: $(stamp)
 
 # The tests that call compiled loops, with every index checked; the compiler's cache does not tell the two apart.
 kernels = tests/mapping/grid tests/mapping/ground_truth tests/mapping/particle tests/mapping/slam tests/merge/alignment \
-  tests/merge/literature tests/merge/preparation tests/merge/proposers tests/merge/verification tests/sim/mission tests/sim/navigation \
-  tests/sim/sensors
+  tests/merge/literature tests/merge/preparation tests/merge/proposers tests/merge/verification tests/sim/mission \
+  tests/sim/navigation tests/sim/sensors
 
 test-bounds: $(stamp)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=build/numba-bounds $(bin)/pytest -n 2 -q -m "not slow" $(kernels)

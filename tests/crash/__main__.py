@@ -7,6 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import cv2
+
 from tests.crash.cases import make_cases
 from tests.crash.kills import Case, killed, prepare, recovered, states
 
@@ -21,10 +23,13 @@ def main() -> int:
     """
     parser = argparse.ArgumentParser(prog="python -m tests.crash", description=__doc__)
     parser.add_argument("--kills", type=int, help="greatest number of kills; default: one at each change")
-    kills = parser.parse_args().kills
+    parser.add_argument("--only", metavar="VERB", default="", help="kill the verbs whose title begins so")
+    chosen = parser.parse_args()
+    kills = chosen.kills
+    cv2.setNumThreads(0)  # a forked process would wait for ever for the threads of its parent
     with tempfile.TemporaryDirectory(prefix="mapquilt-crash-") as folder:
         work = Path(folder).resolve()
-        cases = make_cases(work)
+        cases = [case for case in make_cases(work) if case.name.startswith(chosen.only)]
         print(f"{'verb':24}{'kills':>7}{'all old':>9}{'all new':>9}{'mixed':>7}{'lost':>6}")
         totals = [0] * 5
         shares = [1 if case.resumed else PLAIN_SHARE for case in cases]
