@@ -1,4 +1,4 @@
-"""Bounds on one case: time by a timer of the process, memory by a limit of it."""
+"""Bounds on one case: time by timers of the process, memory by a limit of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from pathlib import Path
 from types import FrameType
 
 SECONDS = 10.0
-"""Longest time of a case. A damaged file of some kilobytes takes milliseconds."""
+"""Most processor time of a case. A damaged file of some kilobytes takes milliseconds."""
+
+WAITING = 60.0
+"""Longest time of a case [s], which a busy machine may stretch; one that waits for a pipe takes no processor time."""
 
 MEMORY = 2**30
 """Most memory that a case may add [bytes]."""
@@ -25,16 +28,20 @@ def bounded(seconds: float = SECONDS) -> Iterator[None]:
     """Raise ``TooLongError`` in a block that takes longer, and ``MemoryError`` in one that takes more memory."""
 
     def too_long(number: int, frame: FrameType | None) -> None:
-        raise TooLongError(f"took more than {seconds:g} s")
+        raise TooLongError(f"took more than {seconds:g} s of the processor, or {WAITING:g} s")
 
-    before, limits = signal.signal(signal.SIGALRM, too_long), resource.getrlimit(resource.RLIMIT_AS)
+    before = {number: signal.signal(number, too_long) for number in (signal.SIGALRM, signal.SIGPROF)}
+    limits = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (_address_space() + MEMORY, limits[1]))
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_REAL, WAITING)
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
         resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
