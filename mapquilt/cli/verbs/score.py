@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -59,10 +60,15 @@ def score_table(score: RunScore) -> Table:
     table.caption = "\n".join((table.caption, *outcome_notes(score.pairs)))
     for group in score.merged:
         table.caption += (
-            f"\nmerged map of {len(group.maps)}, frame of {group.reference}: "
+            f"\n{_merged_maps(group.maps)}, frame of {group.reference}: "
             f"free IoU {group.quality.iou_free:.3f}, walls F1 {group.quality.f1_walls:.3f}"
         )
     return table
+
+
+def _merged_maps(names: Sequence[str]) -> str:
+    """Name a merged map by its number of maps, or by its only one."""
+    return f"merged map of {len(names)}" if len(names) > 1 else f"{names[0]} alone"
 
 
 def _score_row(one: EvaluatedPair) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.io.map_file import load_map, save_map
+from mapquilt.cli import exit_status
 from mapquilt.cli.app import load_verb
 from mapquilt.merging.remedies import ADVICE
 from merge.records.verdict import Reason
@@ -564,3 +565,11 @@ def test_version_and_help(capsys):
 
 def test_no_command_is_bad_input(capsys):
     assert "command" in refused(capsys)
+
+
+def test_the_help_names_every_exit_status(capsys):
+    numbers = [value for value in vars(exit_status).values() if type(value) is int]
+    assert len(numbers) == 9
+    assert command("--help") == 0
+    listed = capsys.readouterr().out.partition("Exit status: ")[2].partition("Example")[0]
+    assert {int(number) for number in re.findall(r"\b(\d+) [a-z]", listed)} == set(numbers)
