@@ -22,7 +22,7 @@ from merge.verification.cell_overlap import compare_cells
 from reproductions.chen2021.methods import METHODS, SCALE
 from reproductions.chen2021.missions import MapPair
 
-HIS_OCCUPIED, HIS_FREE = 100, 240
+DARK, LIGHT = 100, 240
 """Greys of the thesis: darker is occupied, lighter is free."""
 
 
@@ -30,7 +30,7 @@ HIS_OCCUPIED, HIS_FREE = 100, 240
 class Answer:
     """A method's answer in one run: ``trial`` and ``seed`` name the maps, ``run`` the random numbers of the method.
 
-    ``index`` is the acceptance index at the answer on the original rasters, ``his_index`` the same as the thesis
+    ``index`` is the acceptance index at the answer on the original rasters, ``index_of_greys`` the same as the thesis
     computes it; None without common cells, and for a team. The place is that of the second map in the first [m, rad].
     """
 
@@ -44,7 +44,7 @@ class Answer:
     scale_percent: float | None = None
     displacement_cells: float | None = None
     index: float | None = None
-    his_index: float | None = None
+    index_of_greys: float | None = None
     x: float | None = None
     y: float | None = None
     yaw: float | None = None
@@ -90,7 +90,7 @@ def evaluated(pair: MapPair, trial: str, method: str, seed: int, run: int, resul
     if place is None:
         return answer
     answer = replace(answer, x=place.x, y=place.y, yaw=place.yaw, scale=place.scale)
-    return replace(answer, index=acceptance_index(pair, place), his_index=acceptance_index_of_greys(pair, place))
+    return replace(answer, index=acceptance_index(pair, place), index_of_greys=acceptance_index_of_greys(pair, place))
 
 
 def acceptance_index(pair: MapPair, place: Similarity2) -> float | None:
@@ -115,6 +115,6 @@ def acceptance_index_of_greys(pair: MapPair, place: Similarity2) -> float | None
     there = cv2.warpAffine(
         trinary_picture(second), matrix, (cols, rows), flags=cv2.INTER_LINEAR, borderValue=UNKNOWN_GREY
     )
-    there = np.where(there < HIS_OCCUPIED, OCCUPIED_GREY, np.where(there > HIS_FREE, FREE_GREY, UNKNOWN_GREY))
+    there = np.where(there < DARK, OCCUPIED_GREY, np.where(there > LIGHT, FREE_GREY, UNKNOWN_GREY))
     both = (here != UNKNOWN_GREY) & (there != UNKNOWN_GREY)
     return float((here == there)[both].mean()) if both.any() else None

@@ -143,7 +143,7 @@ LEVELS = (0.3, 0.45, 0.6, 0.75, 0.9)
 KNOWN = 0.6
 WHOLE = 1.0
 """The level of whole missions."""
-HIS_LEVEL, HIGH_LEVEL = 0.6, 0.9
+LOW_LEVEL, HIGH_LEVEL = 0.6, 0.9
 """The overlaps at which the other factors vary: about the thesis's own, and one at which descriptors still work."""
 
 
@@ -187,7 +187,7 @@ def trials() -> tuple[Trial, ...]:
             condition = replace(at_level(level), clear_range=CLEAR_RANGE if cleared else 0.0)
             found.append(Trial(plane_name(level, cleared), condition, "ablation"))
     for factor, changed in FACTORS.items():
-        for level in (HIS_LEVEL, HIGH_LEVEL):
+        for level in (LOW_LEVEL, HIGH_LEVEL):
             rest = {name: value for name, value in changed.items() if name != "known"}
             known = float(str(changed.get("known", KNOWN)))
             condition = replace(at_level(level, known), **rest)  # type: ignore[arg-type]

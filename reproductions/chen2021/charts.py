@@ -26,8 +26,8 @@ from reproductions.chen2021.cases import (
     FULL,
     HALL_CASES,
     HIGH_LEVEL,
-    HIS_LEVEL,
     LEVELS,
+    LOW_LEVEL,
     SETS,
     WHOLE,
     Case,
@@ -154,7 +154,7 @@ def _draw_parts(axes: Axes, counted: Tallies) -> None:
 
 
 def _draw_factors(axes: Axes, counted: Tallies) -> None:
-    columns = [(level, method) for level in (HIS_LEVEL, HIGH_LEVEL) for method in COLOURS]
+    columns = [(level, method) for level in (LOW_LEVEL, HIGH_LEVEL) for method in COLOURS]
     shares = np.array([[counted[factor_name(factor, lev), m].share for lev, m in columns] for factor in FACTORS])
     axes.imshow(shares, cmap="YlGnBu", vmin=0.0, vmax=1.15, aspect="auto")
     for (row, column), value in np.ndenumerate(shares):
@@ -164,7 +164,7 @@ def _draw_factors(axes: Axes, counted: Tallies) -> None:
     axes.set_yticks(range(len(FACTORS)), list(FACTORS))
     axes.tick_params(labelsize=9, colors=INK, length=0)
     axes.axvline(len(COLOURS) - 0.5, color="white", lw=5)
-    for place, level in enumerate((HIS_LEVEL, HIGH_LEVEL)):
+    for place, level in enumerate((LOW_LEVEL, HIGH_LEVEL)):
         middle = (len(COLOURS) - 1) / 2 + place * len(COLOURS)
         axes.text(middle, -0.62, f"overlap {100 * level:.0f} %", ha="center", fontsize=9.5, color=INK)
     axes.spines[:].set_visible(False)

@@ -21,7 +21,7 @@ from reproductions.chen2021.missions import Hall, floor_maps
 from reproductions.chen2021.team import floor_answers, floor_pairs
 
 SPEC_FILE = "thesis.json"
-SPEC_TEXT = '{"schema": "mapquilt-thesis/3"}\n'
+SPEC_TEXT = '{"schema": "mapquilt-thesis/4"}\n'
 MOST_SEEDS = 1000
 
 
@@ -105,7 +105,8 @@ def _keep(_: Task, done: Study | BaseException) -> Entry:
 
 
 def _check_entry(entry: Entry, place: str) -> None:
-    require_shape(entry, {"answers": [dict], "descriptors": [dict], "fused": [dict]}, place)
+    answer = {"trial": str, "method": str, "seed": int, "run": int, "right": bool, "accepted": bool}
+    require_shape(entry, {"answers": [answer], "descriptors": [dict], "fused": [dict]}, place)
 
 
 def _study(seeds: int, entries: Sequence[Entry]) -> Study:

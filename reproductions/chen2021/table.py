@@ -18,8 +18,8 @@ from reproductions.chen2021.cases import (
     FULL,
     HALL_CASES,
     HIGH_LEVEL,
-    HIS_LEVEL,
     LEVELS,
+    LOW_LEVEL,
     SETS,
     TEAM,
     WHOLE,
@@ -93,13 +93,13 @@ def markdown(study: Study, counted: Tallies) -> str:
 
 
 def cases_table(counted: Tallies) -> str:
-    """Tabulate the thesis's results beside those on maps that overlap as his."""
+    """Tabulate the thesis's results beside those on maps that overlap as its own."""
     head = ("case", "differs by", "SIFT, thesis", "SIFT %", "corrected, thesis", "corrected %", "quilt %")
     rows = []
     for case in CASES:
-        his = case.measured
-        plain = MISSING if his is None else f"{his.plain} of 20"
-        corrected = MISSING if his is None or his.corrected is None else f"{his.corrected} of 5"
+        thesis = case.measured
+        plain = MISSING if thesis is None else f"{thesis.plain} of 20"
+        corrected = MISSING if thesis is None or thesis.corrected is None else f"{thesis.corrected} of 5"
         found = [share(counted[case.name, method]) for method in (PLAIN, CORRECTED, OURS)]
         rows.append((case.name, case.differs, plain, found[0], corrected, *found[1:]))
     team = [share(counted[TEAM, method]) for method in (PLAIN, CORRECTED, OURS)]
@@ -137,10 +137,10 @@ def index_table(counted: Tallies) -> str:
     head = ("case", "SIFT", "corrected", "thesis, SIFT", "thesis, at the truth")
     rows = []
     for case in CASES:
-        his, found = case.measured, [counted[case.name, method] for method in (PLAIN, CORRECTED)]
-        if his is not None and his.reported_index is not None:
-            rasters = (*(number(one.index) for one in found), number(his.plain_index), number(his.true_index))
-            greys = (*(number(one.his_index, 4) for one in found), number(his.reported_index, 4))
+        thesis, found = case.measured, [counted[case.name, method] for method in (PLAIN, CORRECTED)]
+        if thesis is not None and thesis.reported_index is not None:
+            rasters = (*(number(one.index) for one in found), number(thesis.plain_index), number(thesis.true_index))
+            greys = (*(number(one.index_of_greys, 4) for one in found), number(thesis.reported_index, 4))
             rows.append((case.name, *rasters, *greys))
     return _table((*head, "SIFT, of greys", "corrected, of greys", "thesis, corrected, of greys"), rows)
 
@@ -155,9 +155,9 @@ def plane_table(counted: Tallies) -> str:
 
 
 def factors_table(counted: Tallies) -> str:
-    head = [f"{method}, {level:g}" for level in (HIS_LEVEL, HIGH_LEVEL) for method in COMPARED]
+    head = [f"{method}, {level:g}" for level in (LOW_LEVEL, HIGH_LEVEL) for method in COMPARED]
     rows = [
-        (factor, *(cell for level in (HIS_LEVEL, HIGH_LEVEL) for cell in _plain(counted, factor_name(factor, level))))
+        (factor, *(cell for level in (LOW_LEVEL, HIGH_LEVEL) for cell in _plain(counted, factor_name(factor, level))))
         for factor in FACTORS
     ]
     return _table(("changed", *head), rows)
@@ -213,9 +213,9 @@ def terminal_table(counted: Tallies) -> Table:
         ("right [%]", False), *((name, True) for name in ("thesis: SIFT", "thesis: corrected", PLAIN, CORRECTED, OURS))
     )
     for case in CASES:
-        his = case.measured
-        plain = MISSING if his is None else f"{100 * his.plain / 20:.0f}"
-        corrected = MISSING if his is None or his.corrected is None else f"{100 * his.corrected / 5:.0f}"
+        thesis = case.measured
+        plain = MISSING if thesis is None else f"{100 * thesis.plain / 20:.0f}"
+        corrected = MISSING if thesis is None or thesis.corrected is None else f"{100 * thesis.corrected / 5:.0f}"
         table.add_row(
             case.name, plain, corrected, *(f"{100 * counted[case.name, m].share:.0f}" for m in (PLAIN, CORRECTED, OURS))
         )
@@ -229,7 +229,7 @@ def answers_csv(study: Study) -> str:
 
 TABLE_COLUMNS = (
     *("trial", "method", "maps", "runs", "right", "right_low", "right_high", "false_accepts"),
-    *("index", "his_index", "error_cells"),
+    *("index", "index_of_greys", "error_cells"),
 )
 
 

@@ -27,7 +27,7 @@ class Tally:
     maps: int
     false_accepts: int
     index: float | None
-    his_index: float | None
+    index_of_greys: float | None
     error_cells: float | None
 
     @staticmethod
@@ -39,7 +39,7 @@ class Tally:
             maps=len({one.seed for one in answers}),
             false_accepts=sum(one.accepted and not one.right for one in answers),
             index=_median([one.index for one in answers]),
-            his_index=_median([one.his_index for one in answers]),
+            index_of_greys=_median([one.index_of_greys for one in answers]),
             error_cells=_median([one.displacement_cells for one in right]),
         )
 

@@ -166,5 +166,5 @@ def test_runs_on_the_same_maps_are_counted_as_maps():
     ]
     found = tallies(answers)["trial", "SIFT"]
     assert (found.right, found.runs, found.maps, found.false_accepts) == (5, 20, 4, 15)
-    assert (found.index, found.his_index, found.error_cells) == (pytest.approx(0.92), None, 2)
+    assert (found.index, found.index_of_greys, found.error_cells) == (pytest.approx(0.92), None, 2)
     assert found.interval == wilson(0.25, 4)
