@@ -14,8 +14,8 @@ from mapquilt.json_file import to_text
 from reproductions.chen2021 import missions
 from reproductions.chen2021.__main__ import app
 from reproductions.chen2021.answers import Answer
-from reproductions.chen2021.cases import CASES, SETS, trials
-from reproductions.chen2021.files import PICTURES, telling_seed
+from reproductions.chen2021.cases import CASES, trials
+from reproductions.chen2021.files import PICTURES, SHOWN, telling_seed
 from reproductions.chen2021.make import SPEC_FILE, Study, make_study
 from reproductions.chen2021.methods import CORRECTED, METHODS, PLAIN
 from tests.conftest import hashes
@@ -76,7 +76,7 @@ def test_the_thesis_stands_beside_and_every_picture_is_there(study):
     text = (study / "table.md").read_text(encoding="utf-8")
     assert "| set 1 | rotation of 245 degrees | 0 of 20 |" in text
     names = {path.stem for path in (study / "pictures").glob("*.png")}
-    assert {"cases", "ablation", "set-3-steps", "set-3-matches"} <= names
+    assert names == {"cases", "ablation", "steps", "matches"}
     assert len(names) == PICTURES
 
 
@@ -116,7 +116,7 @@ def test_a_foreign_folder_is_refused(tmp_path, capfd):
 )
 def test_the_pictures_show_the_first_pair_on_which_only_the_correction_is_right(plain, corrected, seed):
     answers = [
-        Answer(SETS[2].name, method, number, 0, right, accepted=True)
+        Answer(SHOWN.name, method, number, 0, right, accepted=True)
         for method, flags in ((PLAIN, plain), (CORRECTED, corrected))
         for number, right in enumerate(flags)
     ]
