@@ -1,0 +1,130 @@
+"""Answers of the pairs of running robots, matched again only as their maps change."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from mapquilt.live.placement import Sighting
+from mapquilt.live.robots import Robot
+from mapquilt.live.settings import LiveSettings
+from merge.pair.feature_cache import FeatureCache
+from merge.pair.pipeline import GuidedTask, match, match_near
+from merge.pair.task import PairTask
+from merge.records.result import PairResult
+
+Names = tuple[str, str]
+"""Names of two robots, the one that was heard first as the target."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownPair:
+    """The last answer of a pair.
+
+    ``versions`` are those of the maps that gave it; ``searched`` the known cells of both at the last match from
+    scratch, None if a new one is due. A match near a guess is blind to better places elsewhere, so its answer is never
+    surer than the ``ceiling``: the confidence of that last match, or of what placed the two maps. ``turn`` is the
+    number of the update.
+    """
+
+    answer: PairResult
+    versions: tuple[int, int]
+    searched: tuple[int, int] | None
+    ceiling: float
+    turn: int
+
+
+Known = Mapping[Names, KnownPair]
+
+
+def match_changed(
+    robots: Sequence[Robot],
+    known: Known,
+    placed: Mapping[str, Sighting],
+    cache: FeatureCache,
+    turn: int,
+    settings: LiveSettings = LiveSettings(),
+) -> dict[Names, KnownPair]:
+    """Match pairs again whose maps have changed, and return all answers; ``turn`` counts the updates.
+
+    An accepted pair is matched near its last answer, which costs a tenth; so is a refused pair of two maps that are
+    ``placed``, near their poses ``merged_from_map``. Others are matched from scratch once their maps have grown. The
+    pairs that have waited longest come first; both numbers are bounded.
+    """
+    pairs = {(a.name, b.name): (a, b) for a, b in combinations([each for each in robots if each.grid is not None], 2)}
+    found = {names: entry for names, entry in known.items() if names in pairs}
+
+    def waited(names: Names) -> int:
+        return found[names].turn if names in found else -1
+
+    near = {
+        names: guess
+        for names, pair in pairs.items()
+        if names in found
+        and _changed(found[names], pair)
+        and (guess := _guess(names, found[names], placed)) is not None
+    }
+    for names in sorted(near, key=waited)[: settings.guided_matches]:
+        before, (pose, ceiling) = found[names], near[names]
+        answer = match_near(GuidedTask(_task(pairs[names], settings), pose), cache)
+        answer = dataclasses.replace(answer, confidence=min(answer.confidence, ceiling))
+        searched = None if before.answer.accepted and not answer.accepted else before.searched
+        found[names] = KnownPair(answer, _versions(pairs[names]), searched, ceiling, turn)
+    scratch = [names for names in pairs if _is_due(found.get(names), pairs[names], names, placed, settings)]
+    for names in sorted(scratch, key=waited)[: settings.full_matches]:
+        answer = match(_task(pairs[names], settings), cache)
+        if names in found and found[names].answer.accepted and not answer.accepted:
+            answer = found[names].answer  # near its last answer it holds; elsewhere nothing better was found
+        cells = pairs[names][0].known_cells, pairs[names][1].known_cells
+        found[names] = KnownPair(answer, _versions(pairs[names]), cells, answer.confidence, turn)
+    return found
+
+
+def _task(pair: tuple[Robot, Robot], settings: LiveSettings) -> PairTask:
+    grids = tuple(each.grid for each in pair if each.grid is not None)
+    names, scale = (pair[0].name, pair[1].name), ScaleRange.known()
+    return PairTask(names, (grids[0], grids[1]), ("m", "m"), scale, settings.merge, settings.seed)
+
+
+def _versions(pair: tuple[Robot, Robot]) -> tuple[int, int]:
+    return pair[0].version, pair[1].version
+
+
+def _changed(entry: KnownPair, pair: tuple[Robot, Robot]) -> bool:
+    return entry.versions != _versions(pair)
+
+
+def _guess(names: Names, entry: KnownPair, placed: Mapping[str, Sighting]) -> tuple[Similarity2, float] | None:
+    """Return the transform near which a pair is matched again, and its confidence; None if nothing says one."""
+    if entry.answer.accepted and entry.answer.target_from_source is not None:
+        return entry.answer.target_from_source, entry.ceiling
+    if names[0] in placed and names[1] in placed:
+        target, source = placed[names[0]], placed[names[1]]
+        return target.merged_from_map.inverse() @ source.merged_from_map, min(target.confidence, source.confidence)
+    return None
+
+
+def _is_due(
+    entry: KnownPair | None,
+    pair: tuple[Robot, Robot],
+    names: Names,
+    placed: Mapping[str, Sighting],
+    settings: LiveSettings,
+) -> bool:
+    """Check if a pair is to be matched from scratch."""
+    if entry is None or entry.searched is None:
+        return True
+    if not entry.answer.accepted and names[0] in placed and names[1] in placed:
+        return False
+    sure = entry.answer.accepted and entry.answer.confidence >= settings.placement.join_confidence
+    growth = settings.regrowth if sure else settings.growth
+    return any(each.known_cells >= (1.0 + growth) * cells for each, cells in zip(pair, entry.searched, strict=True))
+
+
+def without(known: Known, robot: str) -> dict[Names, KnownPair]:
+    """Forget the answers of a robot whose frame is new."""
+    return {names: entry for names, entry in known.items() if robot not in names}

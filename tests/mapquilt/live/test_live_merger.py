@@ -1,0 +1,134 @@
+"""The live merge of made-up floors: known poses, and what the team may not disturb."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mapping.geometry.similarity2 import Similarity2
+from mapquilt.live.live_merger import LiveMerger, LiveState
+from mapquilt.live.placement import displacement
+from tests.mapquilt.live.floors import explored, floor, in_frame, message
+
+WORLD = floor()
+FRAMES = {"robot_0": Similarity2(), "robot_1": Similarity2(3.0, -2.0, 2.1), "robot_2": Similarity2(-4.0, 1.0, -0.7)}
+STARTS = {"robot_0": 3.0, "robot_1": 17.0, "robot_2": 10.0}
+
+
+def sent(robot: str, step: int, frame: Similarity2 | None = None):
+    """The map of a robot after some steps: it has explored both ways from its start."""
+    reach = 1.0 + step
+    part = explored(WORLD, max(0.0, STARTS[robot] - reach), min(20.0, STARTS[robot] + reach))
+    return message(in_frame(part, frame or FRAMES[robot]), robot, float(step))
+
+
+def drive(merger: LiveMerger, steps: range, robots=tuple(FRAMES)) -> list[LiveState]:
+    return [merger.update([sent(robot, step)], step + 0.1 * k) for step in steps for k, robot in enumerate(robots)]
+
+
+def check_poses(state: LiveState) -> None:
+    """All poses agree with the truth, seen from the map that holds the frame."""
+    reference = next(name for name, each in state.placements.items() if each.holds_frame)
+    for name, pose in state.poses.items():
+        truth = state.poses[reference] @ FRAMES[reference] @ FRAMES[name].inverse()
+        shift, turn = displacement(truth, pose, state.robots[name].middle)
+        assert shift < 0.1, name
+        assert turn < math.radians(1.0), name
+
+
+@pytest.fixture(scope="module")
+def mission() -> tuple[LiveMerger, list[LiveState]]:
+    merger = LiveMerger()
+    return merger, drive(merger, range(1, 11))
+
+
+def test_a_growing_team_joins_at_the_true_poses(mission):
+    _, states = mission
+    assert set(states[-1].poses) == set(FRAMES)
+    check_poses(states[-1])
+
+
+def test_no_wrong_pose_is_ever_published_and_the_frame_stays(mission):
+    _, states = mission
+    fixed = set()
+    for state in states:
+        if len(state.poses) > 1:
+            check_poses(state)
+            fixed.add(next(name for name, each in state.placements.items() if each.holds_frame))
+    assert len(fixed) == 1
+
+
+def test_the_merged_map_keeps_its_cells_while_it_grows(mission):
+    _, states = mission
+    rasters = [state.fused.merged.frame for state in states if state.fused is not None]
+    first = rasters[0]
+    for frame in rasters:
+        cells = first.origin.inverse().apply([(frame.origin.x, frame.origin.y)]) / first.resolution
+        np.testing.assert_allclose(cells, np.round(cells), atol=1e-6)
+        assert frame.resolution == first.resolution
+
+
+def test_the_same_messages_give_the_same_states(mission):
+    _, states = mission
+    again = drive(LiveMerger(), range(1, 11))
+    assert [state.events for state in again] == [state.events for state in states]
+    assert again[-1].poses == states[-1].poses
+
+
+def test_unchanged_maps_match_nothing_again():
+    merger = LiveMerger()
+    drive(merger, range(8, 11))
+    before = merger.state
+    after = merger.update([sent(robot, 10) for robot in FRAMES], 20.0)
+    assert after.pairs == before.pairs
+    assert after.poses == before.poses
+
+
+def test_a_frozen_merge_holds_its_poses_and_fuses_new_cells():
+    merger = LiveMerger()
+    before = drive(merger, range(7, 10))[-1]
+    merger.frozen = True
+    after = merger.update([sent("robot_1", 14)], 30.0)
+    assert after.placements == before.placements
+    assert np.count_nonzero(after.fused.merged.known) > np.count_nonzero(before.fused.merged.known)
+
+
+def test_a_robot_that_restarts_leaves_and_joins_anew_in_its_new_frame():
+    merger = LiveMerger()
+    drive(merger, range(8, 12))
+    held = next(name for name, each in merger.state.placements.items() if each.holds_frame)
+    before = merger.state.poses
+    turned = Similarity2(1.0, 6.0, -1.2)
+    state = merger.update([sent(held, 9, turned)], 20.0)
+    assert held not in state.poses
+    assert any(event.startswith(f"{held}: restarted: its map keeps") for event in state.events)
+    assert {name: state.poses[name] for name in before if name != held} == {
+        name: pose for name, pose in before.items() if name != held
+    }
+    for step in range(10, 14):
+        state = merger.update([sent(held, step, turned)], 20.0 + step)
+    other = next(name for name in FRAMES if name != held)
+    truth = state.poses[other] @ FRAMES[other] @ turned.inverse()
+    shift, _ = displacement(truth, state.poses[held], state.robots[held].middle)
+    assert shift < 0.1
+
+
+def test_garbage_changes_no_pose_and_is_told():
+    merger = LiveMerger()
+    before = drive(merger, range(8, 11))[-1]
+    bad = message(WORLD, "robot_1", 30.0, resolution=math.nan)
+    after = merger.update([bad], 30.0)
+    assert after.poses == before.poses
+    assert after.events == ("robot_1: resolution is nan, must be finite; the message is ignored",)
+
+
+def test_two_different_floors_never_join():
+    merger, other = LiveMerger(), floor(seed=7)
+    for step in range(1, 9):
+        merger.update([sent("robot_0", step)], float(step))
+        part = explored(other, 0.0, 2.0 + 2.0 * step)
+        state = merger.update([message(in_frame(part, FRAMES["robot_1"]), "robot_1", float(step))], step + 0.5)
+        assert not state.poses
+        assert state.fused is None
