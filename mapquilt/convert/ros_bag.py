@@ -13,7 +13,8 @@ the mapper that runs on the bag publishes it, and two publishers would conflict.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -44,19 +45,31 @@ def write_bag(folder: Path, robots: Sequence[RunRobot]) -> None:
         for index, robot in enumerate(robots)
         for k, scan in enumerate(robot.log.scans)
     )
+    with new_bag(folder) as bag:
+        start = moments[0][0]
+        bag.write("/tf_static", ros.tf2_msgs__msg__TFMessage([mounting(robot) for robot in robots]), start)
+        for nanoseconds, index, k in moments:
+            robot = robots[index]
+            for topic, message in scan_messages(robot, k):
+                bag.write(topic, message, nanoseconds)
+            if k == len(robot.log.scans) - 1:
+                grid = occupancy_grid(robot.grid, robot.log.scans[k].stamp, f"{robot.name}/map")
+                bag.write(f"/{robot.name}/map", grid, nanoseconds)
+
+
+@contextmanager
+def new_bag(folder: Path) -> Iterator[BagWriter]:
+    """Open a new ``bag.mcap`` and its ``metadata.yaml`` in a folder that holds neither; both are complete at the end of
+    the block."""
     inner = folder / BAG_NAME  # the writer insists on making the folder, and names the storage after it
     with Writer(inner, version=_VERSION, storage_plugin=StoragePlugin.MCAP) as writer:
-        bag = _Bag(writer)
-        start = moments[0][0]
-        bag.write("/tf_static", ros.tf2_msgs__msg__TFMessage([_mounting(robot) for robot in robots]), start)
-        for nanoseconds, index, k in moments:
-            _write_moment(bag, robots[index], k, nanoseconds)
+        yield BagWriter(writer)
     for path in sorted(inner.iterdir()):
         path.rename(folder / path.name)
     inner.rmdir()
 
 
-class _Bag:
+class BagWriter:
     """Write messages to topics, which are declared on first use."""
 
     def __init__(self, writer: Writer) -> None:
@@ -74,7 +87,7 @@ class _Bag:
 
 def _quality(topic: str) -> Qos:
     # Late subscribers still get the map and the static transforms.
-    latched = topic.endswith(("/map", "/tf_static"))
+    latched = topic.endswith(("/map", "/map_merged", "/tf_static", "/conflicts"))
     return Qos(
         QosHistory.KEEP_LAST,
         1 if latched else 100,
@@ -88,25 +101,22 @@ def _quality(topic: str) -> Qos:
     )
 
 
-def _mounting(robot: RunRobot) -> ros.geometry_msgs__msg__TransformStamped:
+def mounting(robot: RunRobot) -> ros.geometry_msgs__msg__TransformStamped:
+    """Return the static transform of a robot's lidar on its base."""
     base, lidar = f"{robot.name}/base_link", f"{robot.name}/lidar"
     return transform(robot.log.scans[0].stamp, robot.log.base_from_lidar, base, lidar)
 
 
-def _write_moment(bag: _Bag, robot: RunRobot, k: int, nanoseconds: int) -> None:
-    """Write one robot's messages of scan ``k``, tf first, so that the scan can be transformed on arrival."""
+def scan_messages(robot: RunRobot, k: int) -> Iterator[tuple[str, Any]]:
+    """Yield topic and message of one robot's scan ``k``, tf first, so that the scan can be transformed on arrival."""
     name, scan = robot.name, robot.log.scans[k]
     odom, base = f"{name}/odom", f"{name}/base_link"
     odom_from_base = robot.log.odometry.pose(k)
-    moved = transform(scan.stamp, odom_from_base, odom, base)
-    bag.write("/tf", ros.tf2_msgs__msg__TFMessage([moved]), nanoseconds)
-    measured = odometry(scan.stamp, odom_from_base, _twist(robot.log.odometry, k), odom, base)
-    bag.write(f"/{name}/odom", measured, nanoseconds)
+    yield "/tf", ros.tf2_msgs__msg__TFMessage([transform(scan.stamp, odom_from_base, odom, base)])
+    yield f"/{name}/odom", odometry(scan.stamp, odom_from_base, _twist(robot.log.odometry, k), odom, base)
     true = odometry(scan.stamp, robot.world_from_base.pose(k), _twist(robot.world_from_base, k), "world", base)
-    bag.write(f"/{name}/ground_truth", true, nanoseconds)
-    bag.write(f"/{name}/scan", laser_scan(scan, _scan_time(robot.log.odometry, k), f"{name}/lidar"), nanoseconds)
-    if k == len(robot.log.scans) - 1:
-        bag.write(f"/{name}/map", occupancy_grid(robot.grid, scan.stamp, f"{name}/map"), nanoseconds)
+    yield f"/{name}/ground_truth", true
+    yield f"/{name}/scan", laser_scan(scan, _scan_time(robot.log.odometry, k), f"{name}/lidar")
 
 
 def _twist(frame_from_base: Trajectory, k: int) -> tuple[float, float, float]:
