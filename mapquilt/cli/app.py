@@ -19,6 +19,8 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sense": ("mapquilt.cli.verbs.sense:sense", "Map a mission again with other noise, without the simulator."),
         "map": ("mapquilt.cli.verbs.map:map_logs", "Draw the maps of real robots' logs."),
         "merge": ("mapquilt.cli.verbs.merge:merge", "Find the transforms between maps and merge them."),
+        "live": ("mapquilt.cli.verbs.live:live", "Merge the maps of running robots as they grow."),
+        "play": ("mapquilt.cli.verbs.play:play", "Send a run's maps, scans and tf as running robots would."),
         "score": ("mapquilt.cli.verbs.score:score", "Compare a run's merge with the ground truth."),
         "slam-eval": ("mapquilt.cli.verbs.slam_eval:slam_eval", "Evaluate a trajectory."),
         "worlds": ("mapquilt.cli.verbs.worlds:worlds_app", "List, draw and write worlds."),

@@ -100,7 +100,7 @@ def _convert_log(source: Path, out: Path, to: Format) -> Conversion:
 def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
     if to == "map":
         raise ValueError(f"{run}: a run has several maps; give one of them, such as {run / 'robot_0' / 'map.yaml'}")
-    _require_new_folder(out)
+    require_new_folder(out)
     robots = load_run_robots(run)
     write = {"tum": _write_tum, "carmen": _write_carmen, "rosbag": _write_bag}[to]
     with atomic_folder(out) as folder:
@@ -111,7 +111,8 @@ def _convert_run(run: Path, out: Path, to: Format) -> Conversion:
     )
 
 
-def _require_new_folder(out: Path) -> None:
+def require_new_folder(out: Path) -> None:
+    """Raise ``ValueError`` unless a folder for a bag or logs is new or empty."""
     if out.suffix.lower() in _BY_ENDING:
         raise ValueError(f"{out}: a run is written as a folder; choose a name without {out.suffix}")
     if out.exists() and not out.is_dir():

@@ -65,7 +65,7 @@ def load_bag(
     ``on_progress`` gets the number of messages read and their total. Raises ``ValueError`` naming the bag, and the
     topics where one must be chosen; ``OSError`` if a file cannot be read.
     """
-    with _naming(path), AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+    with naming(path), AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
         scans = _topic(reader, LASER_SCAN, scan_topic, "--scan-topic")
         if scans is None:
             raise ValueError(f"no topic of sensor_msgs/LaserScan, only {_listed(reader.connections)}")
@@ -82,7 +82,8 @@ def load_bag(
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def naming(path: Path) -> Iterator[None]:
+    """Name the bag in what its library raises in this block, as ``ValueError`` or ``OSError``."""
     try:
         with reading(path, *_BAG_ERRORS):
             yield
@@ -200,7 +201,7 @@ def _scan(message: Any, stamp: float, number: int) -> LidarScan:
 
 
 def _recorded(path: Path, content: _Content, chain: Sequence[str], moving: str | None) -> RecordedLog:
-    with _naming(path):
+    with naming(path):
         kept, warnings = usable_scans(content.scans, [f"stamp {scan.stamp:.3f} s" for scan in content.scans])
         scans = [content.scans[k] for k in kept]
         odometry, base = _odometry(content, chain, moving)
