@@ -21,6 +21,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "merge": ("mapquilt.cli.verbs.merge:merge", "Find the transforms between maps and merge them."),
         "live": ("mapquilt.cli.verbs.live:live", "Merge the maps of running robots as they grow."),
         "play": ("mapquilt.cli.verbs.play:play", "Send a run's maps, scans and tf as running robots would."),
+        "align": ("mapquilt.cli.verbs.align:align", "Align maps by hand on a page in the browser."),
         "score": ("mapquilt.cli.verbs.score:score", "Compare a run's merge with the ground truth."),
         "slam-eval": ("mapquilt.cli.verbs.slam_eval:slam_eval", "Evaluate a trajectory."),
         "worlds": ("mapquilt.cli.verbs.worlds:worlds_app", "List, draw and write worlds."),

@@ -44,12 +44,12 @@ def settings_before(record: Mapping[str, Any], resolutions_trusted: bool) -> Mer
     least = record["min_confidence"]
     if least != start.acceptance.min_confidence:
         start = dataclasses.replace(start, acceptance=dataclasses.replace(start.acceptance, min_confidence=least))
-    texts = [f"{name}={_text(value)}" for name, value in record["settings"].items()]
+    texts = [f"{name}={setting_text(value)}" for name, value in record["settings"].items()]
     return with_assignments(MergeTree(start), "settings", texts).merge
 
 
-def _text(value: Any) -> str:
-    """Write a recorded value as ``--set`` reads it."""
+def setting_text(value: Any) -> str:
+    """Write a value as ``--set`` reads it."""
     if value is None or isinstance(value, bool):
         return {None: "none", True: "true", False: "false"}[value]
     return ":".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 
 from mapping.io.map_file import map_files
 from mapping.io.safe_load import printable
@@ -82,10 +83,18 @@ def _with_unit(files: dict[Path, bytes], unit: Unit, reference: str) -> dict[Pat
 
 
 def write_merge(
-    folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
+    folder: Path,
+    inputs: MergeInputs,
+    settings: MergeSettings,
+    seed: int,
+    result: MergeResult,
+    further: Mapping[Path, bytes] = MappingProxyType({}),
 ) -> tuple[Path, ...]:
-    """Write all files of a merge, or none, into a folder, which is created if it is missing; return their paths."""
-    return _write_answer(folder, inputs, merge_files(folder, inputs, settings, seed, result))
+    """Write all files of a merge and ``further`` ones, or none, into a folder, which is created if it is missing.
+
+    Returns their paths.
+    """
+    return _write_answer(folder, inputs, {**merge_files(folder, inputs, settings, seed, result), **further})
 
 
 def _write_answer(
@@ -104,7 +113,7 @@ def _left(folder: Path, kept: Iterable[str]) -> list[str]:
         name
         for name in written_files(folder)
         if _OF_A_GROUP.fullmatch(name)
-        or name == run_folder.REFUSED_PICTURE
+        or name in (run_folder.REFUSED_PICTURE, run_folder.ALIGN_FILE)
         or (name.startswith(f"{INPUTS}/") and places.isdisjoint(PurePosixPath(name).parents))
     ]
 
@@ -118,8 +127,9 @@ def merge_run(
     runner: Runner | None = None,
     answers: Mapping[tuple[str, str], PairResult] | None = None,
     may_write: Callable[[MergeResult], bool] = lambda _: True,
+    further: Mapping[Path, bytes] = MappingProxyType({}),
 ) -> tuple[MergeResult, tuple[Path, ...]]:
-    """Merge a run's maps, from the map files alone, and write all files of the merge into the run, or none.
+    """Merge a run's maps, from the map files alone, and write all files of the merge, and ``further`` ones, or none.
 
     Returns the result and the paths of the files.
 
@@ -138,6 +148,6 @@ def merge_run(
     seconds = {"merge": merged, "draw": time.perf_counter() - start - merged}
     if (run / run_folder.RUN_FILE).read_bytes() != made_by:
         raise ValueError(f"{run}: was replaced by another run during the merge; merge again")
-    files |= run_folder.timings_file(run, timings, "merge", seconds)
+    files |= {**run_folder.timings_file(run, timings, "merge", seconds), **further}
     stale = (run_folder.SCORE_FILE, run_folder.OVERVIEW_PICTURE)
     return result, _write_answer(run, inputs, files, stale)

@@ -8,7 +8,7 @@ truth.json           true transforms of the maps
 truth/               true raster of the world, and the part of it that each robot observed
 coverage.json        observed share of the world over time, with coverage.png
 merge.json           result of the merge, with merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png;
-                     refused.png if maps were not joined
+                     refused.png if maps were not joined; align.json if a person placed them
 score.json           evaluation of the merge against the truth, with overview.png
 timings.json         seconds; only this file differs between two runs of one seed
 """
@@ -50,6 +50,7 @@ CONFLICTS_NAME = "conflicts"
 TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 REFUSED_PICTURE = "refused.png"
+ALIGN_FILE = "align.json"
 OVERVIEW_PICTURE = "overview.png"
 
 ANSWER_FILES = (
@@ -61,11 +62,12 @@ ANSWER_FILES = (
     TRANSFORMS_FILE,
     MERGE_PICTURE,
     REFUSED_PICTURE,
+    ALIGN_FILE,
     SCORE_FILE,
     OVERVIEW_PICTURE,
     TIMINGS_FILE,
 )
-"""Files that ``merge`` and ``score`` add to a run."""
+"""Files that ``merge``, ``align`` and ``score`` add to a run."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Valid names of maps, which become names of folders and of ROS topics."""
