@@ -15,7 +15,8 @@ from mapquilt.live.received_map import MapMessage, MapPatch
 from mapquilt.live.topics import MAP_TYPE, UPDATE_TYPE, UPDATES, TopicChoice, robot_names
 from mapquilt.logs.bag_log import naming
 
-_UPDATE = "std_msgs/Header header\nint32 x\nint32 y\nuint32 width\nuint32 height\nint8[] data\n"
+UPDATE_DEFINITION = "std_msgs/Header header\nint32 x\nint32 y\nuint32 width\nuint32 height\nint8[] data\n"
+"""Definition of ``UPDATE_TYPE``, which few bags without definitions and no type store have."""
 
 
 def bag_maps(
@@ -28,7 +29,7 @@ def bag_maps(
     cannot be read.
     """
     store = get_typestore(Stores.ROS2_HUMBLE)
-    store.register(get_types_from_msg(_UPDATE, UPDATE_TYPE))
+    store.register(get_types_from_msg(UPDATE_DEFINITION, UPDATE_TYPE))
     with naming(path), AnyReader([path], default_typestore=store) as reader:
         found = sorted({each.topic for each in reader.connections if each.msgtype == MAP_TYPE})
         names = robot_names(topic for topic in found if choice.takes(topic))
@@ -46,7 +47,7 @@ def bag_maps(
         for number, (connection, nanoseconds, data) in enumerate(reader.messages(chosen), start=1):
             robot = names[connection.topic.removesuffix(UPDATES)]
             message = reader.deserialize(data, connection.msgtype)
-            convert = map_message if connection.msgtype == MAP_TYPE else _map_patch
+            convert = map_message if connection.msgtype == MAP_TYPE else map_patch
             yield 1e-9 * nanoseconds, convert(robot, message)
             if on_progress is not None:
                 on_progress(number, total)
@@ -67,7 +68,8 @@ def map_message(robot: str, message: Any) -> MapMessage:
     )
 
 
-def _map_patch(robot: str, message: Any) -> MapPatch:
+def map_patch(robot: str, message: Any) -> MapPatch:
+    """Convert a map_msgs/OccupancyGridUpdate."""
     cells = np.asarray(message.data, np.int8)
     return MapPatch(robot, _seconds(message.header), message.x, message.y, message.width, message.height, cells)
 

@@ -36,9 +36,13 @@ class Names:
 
 
 def published(
-    state: LiveState, now: float, names: Names = Names(), settings: LiveSettings = LiveSettings()
+    state: LiveState,
+    now: float,
+    names: Names = Names(),
+    settings: LiveSettings = LiveSettings(),
+    with_maps: bool = True,
 ) -> Iterator[tuple[str, Any]]:
-    """Yield topic and message of all that is published at ``now`` [s] of ROS time."""
+    """Yield topic and message of all that is published at ``now`` [s] of ROS time, ``with_maps`` or without."""
     stamp = now - BAG_START  # which the messages add
     frames = map_frames(state)
     for held, topic in ((True, "/tf_static"), (False, "/tf")):
@@ -49,7 +53,7 @@ def published(
         ]
         if transforms:
             yield topic, ros.tf2_msgs__msg__TFMessage(transforms)
-    if state.fused is not None:
+    if state.fused is not None and with_maps:
         yield names.topic, occupancy_grid(state.fused.merged, stamp, names.frame)
         yield "/mapquilt/conflicts", occupancy_grid(state.fused.conflicts, stamp, names.frame)
     yield "/mapquilt/diagnostics", diagnostics(state, now, settings)

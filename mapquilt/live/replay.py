@@ -50,9 +50,8 @@ class PublishedBag:
         with_maps = last or moment.now >= self._next_map
         self._next_map = moment.now + self._period if with_maps else self._next_map
         held = tuple(name for name, each in moment.state.placements.items() if each.holds_frame)
-        for topic, message in published(moment.state, moment.now, self._names, self._settings):
-            is_map = message.__msgtype__ == "nav_msgs/msg/OccupancyGrid"
-            if (with_maps or not is_map) and (topic != "/tf_static" or held != self._held):
+        for topic, message in published(moment.state, moment.now, self._names, self._settings, with_maps):
+            if topic != "/tf_static" or held != self._held:
                 self._bag.write(topic, message, round(1e9 * moment.now))
         self._held, self._last = held, moment
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,50 +17,89 @@ from mapquilt.cli.options.files import RunFolder, path
 from mapquilt.cli.tables import print_table
 from mapquilt.convert.conversion import require_new_folder
 from mapquilt.jobs.progress import count_progress, mapping_label
+from mapquilt.live.live_extra import live_extra, ros_domain
 from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs.folder import require_run
 from mapquilt.runs.robot import load_run_robots
+
+if TYPE_CHECKING:
+    from mapquilt.live.simulated_team import Sent
 
 
 def play(
     run: RunFolder,
     out: Annotated[
-        Path, typer.Option("--out", parser=path, help="New or empty folder for a ROS 2 bag, in simulated time.")
-    ],
+        Path | None,
+        typer.Option("--out", parser=path, help="New or empty folder for a ROS 2 bag; default: topics of the network."),
+    ] = None,
     period: Annotated[float, typer.Option(help="Time between two maps of a robot [s].")] = 2.0,
     resolution: Annotated[float, typer.Option(help="Cell size of the maps [m].")] = 0.05,
     poses: Annotated[str, typer.Option(help=f"Poses that robots map with: {', '.join(FRONT_ENDS)}.")] = "slam",
+    speed: Annotated[float, typer.Option(help="Without --out: factor on the speed of time.")] = 1.0,
+    domain: Annotated[
+        int | None, typer.Option(min=0, max=232, help="DDS domain; default: ROS_DOMAIN_ID, else 0.")
+    ] = None,
 ) -> int:
-    """Write what the robots of a run would send: maps as they grow, scans, odometry, tf and clock.
+    """Send what the robots of a run would send: maps as they grow, scans, odometry, tf and clock.
 
-    Each robot maps in the frame of its start, which no other knows. Needs `pip install mapquilt[ros]`. `mapquilt live
-    --from` merges the maps of the bag; `ros2 bag play` sends them to any program.
+    Each robot maps in the frame of its start, which no other knows. With --out it is written to a bag in simulated time
+    (`pip install mapquilt[ros]`), whose maps `mapquilt live --from` merges. Without it, it is sent to the network, with
+    no ROS installed (`pip install mapquilt[live]`), to `mapquilt live` or any node.
 
     Example: mapquilt play runs/office --out office_team
     """
+    if not speed > 0.0:
+        raise ValueError(f"--speed {speed:g}: must be positive")
+    if out is not None and domain is not None:
+        raise ValueError("--domain: goes with topics of the network, not with --out")
     if poses not in FRONT_ENDS:
         raise ValueError(f"--poses {poses}: must be one of {', '.join(FRONT_ENDS)}")
     if not period > 0.0:
         raise ValueError(f"--period {period:g}: must be positive [s]")
     if not 0.005 <= resolution <= 10.0:
         raise ValueError(f"--resolution {resolution:g}: must lie between 0.005 and 10 m")
-    require_new_folder(out)
-    with rosbags_extra():
-        from mapquilt.convert.ros_bag import new_bag
+    if out is not None:
+        require_new_folder(out)
+    with rosbags_extra() if out is not None else live_extra():
         from mapquilt.live.simulated_team import start_poses, team_messages
     robots = load_run_robots(require_run(run))
     with count_progress(f"{mapping_label()}, robots") as on_progress:
         paths = start_poses(robots, poses, on_progress)
-    total, maps = sum(len(robot.log.scans) for robot in robots), 0
+    sent, total = team_messages(robots, paths, period, resolution), sum(len(robot.log.scans) for robot in robots)
+    maps = _send(sent, ros_domain(domain), speed, total) if out is None else _write(sent, out, total)
+    what = f"{counted(maps, 'map')} and {counted(total, 'scan')} of {counted(len(robots), 'robot')}"
+    print_table(f"sent: {what}" if out is None else f"written: {out}, {what}; mapquilt live --from {out} merges them")
+    return ALL_MERGED
+
+
+def _write(sent: Iterable[Sent], out: Path, total: int) -> int:
+    """Write messages to a bag; return the number of maps."""
+    from mapquilt.convert.ros_bag import new_bag
+
+    maps = done = 0
     with count_progress("writing scans") as on_progress, atomic_folder(out) as folder, new_bag(folder) as bag:
-        done = 0
-        for topic, message, nanoseconds in team_messages(robots, paths, period, resolution):
+        for topic, message, nanoseconds in sent:
             bag.write(topic, message, nanoseconds)
             maps += topic.endswith("/map")
             done += topic.endswith("/scan")
             on_progress(done, total)
-    print_table(
-        f"written: {out}, {counted(maps, 'map')} and {counted(total, 'scan')} of {counted(len(robots), 'robot')}; "
-        f"mapquilt live --from {out} merges them"
-    )
-    return ALL_MERGED
+    return maps
+
+
+def _send(sent: Iterable[Sent], domain: int, speed: float, total: int) -> int:
+    """Send messages to the network at their time; return the number of maps."""
+    with live_extra():
+        from mapquilt.live.network import LATCHED, STREAM, Network
+    network, start, first = Network(domain), time.monotonic(), None
+    maps = done = 0
+    with count_progress("sending scans") as on_progress:
+        for topic, message, nanoseconds in sent:
+            first = nanoseconds if first is None else first
+            time.sleep(max(0.0, start + 1e-9 * (nanoseconds - first) / speed - time.monotonic()))
+            is_map = topic.endswith("/map")
+            network.publish(topic, message, LATCHED if is_map or topic == "/tf_static" else STREAM)
+            maps += is_map
+            done += topic.endswith("/scan")
+            on_progress(done, total)
+        time.sleep(1.0)  # for readers that are behind: a latched map goes with its publisher
+    return maps

@@ -45,15 +45,6 @@ def read(bag: Path) -> Messages:
 
 
 @pytest.fixture(scope="module")
-def close_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of two robots that see the same rooms."""
-    run = tmp_path_factory.mktemp("runs") / "close"
-    size = ("--robots", 2, "--duration", 20, "--seed", 3, "--starts", "close")
-    assert command("simulate", "office", *size, "--noise", 0, "--poses", "odometry", "--out", run) == 0
-    return run
-
-
-@pytest.fixture(scope="module")
 def team(close_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("play") / "team"
     assert command("play", close_run, "--out", folder, "--poses", "odometry") == 0
