@@ -19,7 +19,19 @@ from mapquilt.align.workspace import Workspace
 from mapquilt.json_file import similarity_record
 from mapquilt.merging.remedies import remedy
 from mapquilt.viz.palette import map_colours
+from merge.records.evidence import Evidence
 from merge.records.result import PairResult
+from merge.verification.acceptance import requirements
+from merge.verification.settings import AcceptanceSettings
+
+EVIDENCE = (
+    "length of matched walls [cells]",
+    "spread of their directions",
+    "overlap of the known areas",
+    "alignment score",
+    "lead over the runner-up",
+)
+"""Titles of the evidence that ``requirements`` lists, in its order."""
 
 MOST_CELLS = 4096
 """Cells a side of the largest map that the page draws cell by cell; a canvas of Chromium has at most 16,384."""
@@ -85,9 +97,17 @@ def answer_record(workspace: Workspace, answer: PairResult) -> dict[str, Any]:
         "confidence": answer.confidence,
         "reason": answer.reason_text,
         "try": None if answer.reason is None else remedy(answer, workspace.maps, workspace.task.settings),
-        "score": None if answer.evidence is None else answer.evidence.score,
-        "second_best_score": None if answer.evidence is None else answer.evidence.second_best_score,
+        "evidence": [] if answer.evidence is None else _evidence(answer.evidence, workspace.task.settings.acceptance),
     }
+
+
+def _evidence(evidence: Evidence, settings: AcceptanceSettings) -> list[dict[str, Any]]:
+    """Compare each piece of evidence with the least that an accepted answer has."""
+    needed = requirements(evidence, settings)
+    return [
+        {"title": title, "value": value, "least": least}
+        for title, (_, value, least) in zip(EVIDENCE, needed, strict=True)
+    ]
 
 
 def measured_record(workspace: Workspace, index: int, pose: Similarity2, others: Sequence[int]) -> dict[str, Any]:

@@ -45,6 +45,7 @@ PAGE_FILES: Mapping[str, str] = {
     "raster.js": "text/javascript",
     "view.js": "text/javascript",
     "panel.js": "text/javascript",
+    "thumbnail.js": "text/javascript",
 }
 """The files of the page, with their types; any other name is unknown."""
 

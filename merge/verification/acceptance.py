@@ -17,7 +17,7 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
     worth more; else contradiction or overlap; or that more confidence was asked than the default, which is met.
     """
     odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
-    for missing, value, needed in _needed(evidence, settings):
+    for missing, value, needed in requirements(evidence, settings):
         if value < needed:
             odds, reason = min(odds, value / needed - 1.0 - settings.missing_log_odds), missing
             break
@@ -53,7 +53,11 @@ def _against(evidence: Evidence, settings: AcceptanceSettings) -> float:
     return settings.contradiction_weight * contradiction + settings.conflict_weight * conflict
 
 
-def _needed(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[Reason, float, float], ...]:
+def requirements(evidence: Evidence, settings: AcceptanceSettings) -> tuple[tuple[Reason, float, float], ...]:
+    """List the minima that an answer must meet: the reason of a refusal below it, the value and the minimum.
+
+    They are those of the length of matched walls, the spread of their normals, the overlap, the score, and the margin.
+    """
     return (
         (Reason.LITTLE_STRUCTURE, evidence.inlier_length_cells, settings.min_inlier_length_cells),
         (Reason.PARALLEL_WALLS, evidence.normal_isotropy, settings.min_normal_isotropy),

@@ -4,7 +4,10 @@ import { call, getBytes, getJson } from "./api.js";
 import { about, compose, inverse, shifted } from "./geometry.js";
 import { $, answerText, element, pairItem, showMaps, showPose, showScores, showVerdict, status } from "./panel.js";
 import { Raster } from "./raster.js";
+import { thumbnail } from "./thumbnail.js";
 import { View } from "./view.js";
+
+const MOST_CANDIDATES = 4;
 
 const page = {
   maps: [], poses: [], decided: [], reference: 0, selected: 0, hidden: new Set(), locked: new Set(), walls: new Map(),
@@ -27,7 +30,7 @@ const measure = async () => {
     try {
       const found = await call("measure", { map: index, ...pose(index), others: among });
       if (index !== page.selected) { stale = true; continue; }
-      page.walls = new Map(Object.entries(found.walls).map(([key, text]) => [Number(key), Uint8Array.from(atob(text), (each) => each.charCodeAt(0))]));
+      page.walls = classesOf(found.walls);
       showScores(page, found.pairs); view.ask();
     } catch (error) { status(error.message, true); break; }
   }
@@ -115,21 +118,29 @@ const scaleBar = () => {
 const snap = async () => {
   if (page.locked.has(page.selected)) { status("the map is locked", true); return; }
   const found = await change("Snapping…", "snap", { map: page.selected, others: others() });
-  if (found) showVerdict({ title: `Snap to ${page.maps[found.other].name}`, text: answerText(found.answer), advice: found.answer.try ?? "" });
+  if (found) showVerdict({ title: `Snap to ${page.maps[found.other].name}`, text: answerText(found.answer), advice: found.answer.try ?? "", evidence: found.answer.evidence });
 };
+
+const classesOf = (walls) => new Map(Object.entries(walls).map(([key, text]) => [Number(key), Uint8Array.from(atob(text), (each) => each.charCodeAt(0))]));
 
 const askTool = async () => {
   const map = page.selected;
   const found = await during("Matching the pair…", async () => {
     const { other } = await call("partner", { map, others: others() });
-    return call("candidates", { map, other });
+    const record = await call("candidates", { map, other });
+    const best = record.candidates.slice(0, MOST_CANDIDATES);
+    const measured = await Promise.all(best.map(({ x, y, yaw, scale }) => call("measure", { map, x, y, yaw, scale, others: [other] })));
+    return { ...record, candidates: best.map((each, number) => ({ ...each, ...measured[number].pairs[0], walls: classesOf(measured[number].walls) })) };
   });
   if (!found) return;
-  const choose = (number) => change("", "choose", { map, other: found.other, number });
+  const { other, answer } = found, percent = (share) => `${Math.round(100 * (share ?? 0))} %`;
+  const choose = (number) => change("", "choose", { map, other, number });
   showVerdict({
-    title: `Tool's answer against ${page.maps[found.other].name}`, text: answerText(found.answer), advice: found.answer.try ?? "",
-    candidates: found.candidates.map((each, number) => element("li", {}, element("button", { onclick: () => choose(number), disabled: page.locked.has(map) },
-      element("span", {}, number ? `Alternative ${number}` : "Answer"), element("b", {}, each.score.toFixed(2))))),
+    title: `Tool's answer against ${page.maps[other].name}`, text: answerText(answer), advice: answer.try ?? "", evidence: answer.evidence,
+    candidates: found.candidates.map((each, number) => element("li", {}, element("button", { onclick: () => choose(number), disabled: page.locked.has(map), title: "Place the map so" },
+      thumbnail(page, [[other, page.poses[other]], [map, each]], each.walls, 142, 104),
+      element("b", {}, number ? `Runner-up ${number}` : "Best", element("span", {}, each.score.toFixed(2))),
+      element("small", {}, `in common ${percent(each.overlap)}, in free space ${percent(each.violation)}`)))),
   });
 };
 

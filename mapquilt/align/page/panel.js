@@ -59,14 +59,20 @@ export const showScores = (page, pairs) => {
     bar("walls in common", pair.overlap, "good"), bar("agreement", pair.agreement, "good"), bar("walls in free space", pair.violation, "bad"))));
 };
 
-export const showVerdict = ({ title, text = "", advice = "", candidates = [], pairs = [] }) => {
+export const showVerdict = ({ title, text = "", advice = "", evidence = [], candidates = [], pairs = [] }) => {
   $("verdict").hidden = false;
   $("verdict-title").textContent = title;
   $("verdict-text").textContent = text;
   $("verdict-try").textContent = advice ? `Try: ${advice}` : "";
+  $("evidence").replaceChildren(...evidence.map(evidenceRow)); $("evidence").parentElement.hidden = !evidence.length;
   $("candidates").replaceChildren(...candidates);
   $("pairs").replaceChildren(...pairs);
 };
+
+const number = (value) => (value >= 100 ? value.toFixed(0) : value.toFixed(2));
+
+const evidenceRow = ({ title, value, least }) => element("tr", { class: value < least ? "missing" : false },
+  element("td", {}, title), element("td", {}, number(value)), element("td", {}, number(least)));
 
 export const answerText = (answer) => {
   const sure = `confidence ${answer.confidence.toFixed(2)}`;

@@ -39,7 +39,7 @@ const coarser = ({ cells, rows, cols }) => {
 const painted = ({ cells, rows, cols }, red, green, blue) => {
   const canvas = document.createElement("canvas");
   canvas.width = cols; canvas.height = rows;
-  const context = canvas.getContext("2d"), image = context.createImageData(cols, rows);
+  const context = canvas.getContext("2d", { willReadFrequently: true }), image = context.createImageData(cols, rows);
   const colours = new Uint32Array(image.data.buffer), rgb = (blue << 16) | (green << 8) | red;
   const floor = ((FLOOR_OPACITY << 24) | rgb) >>> 0, wall = ((255 << 24) | rgb) >>> 0;
   for (let k = 0; k < cells.length; k++) if (cells[k]) colours[k] = cells[k] === 2 ? wall : floor;

@@ -8,7 +8,8 @@ export class View {
   // `page` holds maps, poses, selected, hidden, locked and walls; `on` is told of a selection, a move and its end.
   constructor(canvas, page, on) {
     Object.assign(this, { canvas, page, on, centre: [0, 0], zoom: 20, pointers: new Map(), drag: null, asked: 0 });
-    this.context = canvas.getContext("2d", { alpha: false });
+    // Painted in software: an upload of the whole picture is faster than thousands of small rectangles on a GPU, or on its emulation.
+    this.context = canvas.getContext("2d", { alpha: false, willReadFrequently: true });
     new ResizeObserver(() => this.resize()).observe(canvas);
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));

@@ -99,6 +99,23 @@ def test_snap_says_how_sure_it_is_and_the_walls_are_coloured(shown, workspace, t
     assert shown.execute_script(matched) > 100
 
 
+def test_the_answer_explains_itself_and_a_click_takes_a_candidate(shown, workspace) -> None:
+    shown.find_element(By.ID, "ask").click()
+    WebDriverWait(shown, 60).until(lambda _: shown.find_elements(By.CSS_SELECTOR, "#candidates button"))
+    answer, found = workspace.candidates(1, 0)
+    pictures = shown.find_elements(By.CSS_SELECTOR, "#candidates canvas")
+    assert len(pictures) == min(4, len(found))
+    drawn = "return new Set(arguments[0].getContext('2d').getImageData(0, 0, 100, 100).data).size"
+    assert all(shown.execute_script(drawn, picture) > 3 for picture in pictures)
+    rows = shown.find_elements(By.CSS_SELECTOR, "#evidence tr")
+    assert [row.text for row in rows if row.text.startswith("alignment score")] == [
+        f"alignment score {answer.evidence.score:.2f} {workspace.task.settings.acceptance.min_score:.2f}"
+    ]
+    shown.find_element(By.CSS_SELECTOR, "#candidates button").click()
+    wait_for(shown, "placed at a candidate that you chose")
+    assert workspace.arrangement.target_from_source(0, 1).yaw == pytest.approx(found[0][0].yaw)
+
+
 def test_a_hostile_name_is_text(browser, two, workspace, tmp_path) -> None:
     grids = workspace.maps.grids
     files = [tmp_path / f"{HOSTILE}.yaml", tmp_path / "b.yaml"]

@@ -1,0 +1,83 @@
+"""Measure Snap from rough placements: ``python docs/align_snap.py PAIRS.json [DATASET...]``.
+
+Each pair with a true transform is placed 2 m (40 cells without a resolution) and 15 degrees off, about the middle of
+its walls and in a random direction, at its true scale, and snapped. Pairs that the merger refuses are counted apart.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mapping.geometry.similarity2 import Similarity2
+from mapping.map_set import MapSet
+from mapquilt.align.arrangement import Placement
+from mapquilt.align.workspace import AlignTask, Workspace
+from mapquilt.benchmark.pair import BenchmarkPair
+from mapquilt.benchmark.pair_sets import dataset_pairs, read_pair_list
+from mapquilt.evaluation.transform_error import RIGHT, transform_error
+from mapquilt.merging.merge_inputs import MergeInputs
+from merge.settings import MergeSettings
+
+SHIFT_M, SHIFT_CELLS, TURN = 2.0, 40.0, math.radians(15.0)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of one pair: refused by the merger, snapped to the right place, and the snap accepted."""
+
+    refused: bool
+    right: bool
+    accepted: bool
+
+
+def main(sources: list[Path]) -> None:
+    rng = np.random.default_rng(0)
+    outcomes = []
+    for source in sources:
+        for pair in dataset_pairs(source, None) if source.is_dir() else read_pair_list(source):
+            if pair.truth.target_from_source is None:
+                continue
+            outcome = snapped(pair, rng)
+            outcomes.append(outcome)
+            sys.stdout.write(f"{pair.info.suite} {pair.info.name}: {outcome}\n")
+            sys.stdout.flush()
+    for title, chosen in (("refused", [each for each in outcomes if each.refused]), ("all", outcomes)):
+        right, accepted = (sum(getattr(each, name) for each in chosen) for name in ("right", "accepted"))
+        wrong = sum(each.accepted and not each.right for each in chosen)
+        sys.stdout.write(f"{title}: {len(chosen)} pairs, {right} right, {accepted} accepted, {wrong} of these wrong\n")
+
+
+def snapped(pair: BenchmarkPair, rng: np.random.Generator) -> Outcome:
+    """Place a pair roughly, snap it, and compare it with the truth."""
+    maps = pair.maps()
+    truth = pair.metric_truth(maps).target_from_source
+    assert truth is not None
+    workspace = Workspace(AlignTask(inputs_of(maps), MergeSettings(), 0, Path("aligned"), ()))
+    refused = not workspace.candidates(1, 0)[0].accepted
+    start = rough(truth, workspace.measurer.wall_points(1).mean(axis=0).tolist(), maps, rng)
+    sheet = workspace.arrangement.placements[0].sheet_from_map
+    workspace.change(workspace.arrangement.placed(1, Placement(sheet @ start, "hand")))
+    answer = workspace.snap(1, 0)
+    error = transform_error(*maps.grids, truth, workspace.arrangement.target_from_source(0, 1))
+    return Outcome(refused, RIGHT.holds(error), answer.accepted)
+
+
+def inputs_of(maps: MapSet) -> MergeInputs:
+    return MergeInputs(maps, maps.names, (None,) * len(maps))
+
+
+def rough(truth: Similarity2, middle: list[float], maps: MapSet, rng: np.random.Generator) -> Similarity2:
+    """Move the true placement by the shift in a random direction, and turn it either way."""
+    direction, side = rng.uniform(0.0, math.tau), rng.choice([-1.0, 1.0])
+    length = SHIFT_M if maps.units[0] == "m" else SHIFT_CELLS * maps.grids[0].frame.resolution
+    shift = Similarity2(length * math.cos(direction), length * math.sin(direction))
+    return shift @ Similarity2(yaw=side * TURN).about(truth.apply(middle)) @ truth
+
+
+if __name__ == "__main__":
+    main([Path(argument) for argument in sys.argv[1:]])
