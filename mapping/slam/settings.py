@@ -189,7 +189,8 @@ class LoopSettings:
     Weight: ``information`` is the share of the points that count as independent; ``deviation`` [m] and
     ``yaw_deviation`` [rad], times the noise level of the odometry, are standard deviations of any loop. A loop keeps
     half of its weight at ``robust_deviations``, and is dropped if the solved graph contradicts it by more than
-    ``greatest_chi_squared``. The graph is solved after every ``solve_every`` new loops.
+    ``greatest_chi_squared``. The graph is solved after ``solve_every`` new loops, or after ``solve_growth`` of those
+    before if that is more: so a log with twice the loops is solved only a little more often.
     """
 
     enabled: bool = True
@@ -217,6 +218,7 @@ class LoopSettings:
     robust_deviations: float = 3.0
     greatest_chi_squared: float = 25.0
     solve_every: int = 5
+    solve_growth: float = 0.2
     iterations: int = 10
 
     def __post_init__(self) -> None:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from mapping.slam.linear_algebra import inverse, product, solve_envelope, squared_distance, transformed
-from mapping.slam.link import Link
+from mapping.slam.graph.sparse_cholesky import elimination_order, solve_blocks
+from mapping.slam.linear_algebra import inverse, product, squared_distance, transformed
+from mapping.slam.link import Link, LinkTable
 
 FIXED = 1e12
 """Information that keeps the first keyframe in its place."""
@@ -36,16 +37,21 @@ def optimise_poses(
     """
     first, second, relative, information, robust = _arrays(links)
     poses = poses.copy()
-    starts, columns = _envelope(first, second, len(poses))
+    order = elimination_order(first, second, len(poses))
+    places = np.argsort(order)
+    keys, entries = _lower_triangle(places[first], places[second], len(poses))
+    rows, columns = np.divmod(keys, len(poses))
+    forward = (places[first] > places[second])[:, None, None]
     width = math.sqrt(max(chi_squared(poses, [link for link in links if link.robust]), default=0.0))
     for _ in range(iterations):
         width = max(0.5 * width, robust_deviations)
         blocks, gradient = _linearised(poses, first, second, relative, information, robust, width)
-        values = np.zeros(int(starts[-1]))
-        _fill(values, starts, columns, blocks, first, second)
-        values[starts[:3] + np.arange(3) - columns[:3]] += FIXED
-        step = solve_envelope(values, starts[:-1], columns, -gradient)
-        poses += step.reshape(-1, 3)
+        crossing = np.where(forward, blocks[:, 0, 1], blocks[:, 1, 0])
+        matrix = np.zeros((keys.size, 3, 3))
+        np.add.at(matrix, entries, np.concatenate([blocks[:, 0, 0], blocks[:, 1, 1], crossing]))
+        matrix[np.searchsorted(keys, places[0] * (len(poses) + 1))] += FIXED * np.eye(3)
+        step = solve_blocks(rows, columns, matrix, -gradient.reshape(-1, 3)[order])
+        poses[order] += step
         if width == robust_deviations and np.abs(step).max() < SETTLED:
             break
     return poses
@@ -60,16 +66,13 @@ def chi_squared(poses: NDArray[np.float64], links: Sequence[Link]) -> NDArray[np
     return np.array([squared_distance(error, weight) for error, weight in zip(errors, information, strict=True)])
 
 
-def relative_covariances(
-    links: Sequence[Link], count: int, origin: int, poses: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def relative_covariances(links: LinkTable, origin: int, poses: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the covariance (K, 3, 3) of each keyframe's pose as seen from ``origin``, in the frame of the poses.
 
     It is compounded along the path of least variance (Dijkstra; Thrun et al. 2005, chapter 10): an upper bound.
     """
-    first = np.array([link.first for link in links])
-    second = np.array([link.second for link in links])
-    steps = _turned(np.stack([link.covariance for link in links]), poses[first, 2])
+    count, (first, second) = len(poses), links.ends.T
+    steps = _turned(links.covariances, poses[first, 2])
     weights = steps[:, 0, 0] + steps[:, 1, 1] + LEVER**2 * steps[:, 2, 2]
     order = np.lexsort((weights, second, first))
     keys, places = np.unique(first[order] * count + second[order], return_index=True)
@@ -128,36 +131,15 @@ def _arrays(links: Sequence[Link]) -> tuple[NDArray, NDArray, NDArray, NDArray, 
     return first, second, relative, information, np.array([link.robust for link in links])
 
 
-def _envelope(
+def _lower_triangle(
     first: NDArray[np.int64], second: NDArray[np.int64], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where each row of the equations begins, (3 K + 1,), and its first column (3 K,)."""
-    lowest = np.arange(count)
-    np.minimum.at(lowest, np.maximum(first, second), np.minimum(first, second))
-    columns = np.repeat(3 * lowest, 3)
-    return np.append(0, np.cumsum(np.arange(3 * count) - columns + 1)), columns
-
-
-@njit(cache=True)
-def _fill(
-    values: NDArray[np.float64],
-    starts: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    blocks: NDArray[np.float64],
-    first: NDArray[np.int64],
-    second: NDArray[np.int64],
-) -> None:
-    """Add the blocks of all links to the lower triangle."""
-    for k in range(first.size):
-        nodes = (first[k], second[k])
-        for u in range(2):
-            for v in range(2):
-                for i in range(3):
-                    row = 3 * nodes[u] + i
-                    for j in range(3):
-                        col = 3 * nodes[v] + j
-                        if col <= row:
-                            values[starts[row] + col - columns[row]] += blocks[k, u, v, i, j]
+    """Return the keys (B,) of the blocks of the lower triangle, ``row * count + column`` in rising order, and which of
+    them the blocks (3 E,) of the links add to: those of the first ends, of the second, and of both."""
+    both = np.maximum(first, second) * count + np.minimum(first, second)
+    of_links = np.concatenate([first * (count + 1), second * (count + 1), both])
+    keys = np.union1d(of_links, np.arange(count) * (count + 1))
+    return keys, np.searchsorted(keys, of_links)
 
 
 @njit(cache=True)

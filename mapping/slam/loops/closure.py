@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.slam.graph.pose_graph import chi_squared, optimise_poses, relative_covariances
 from mapping.slam.linear_algebra import transformed
-from mapping.slam.link import Link
+from mapping.slam.link import Link, LinkTable
 from mapping.slam.loops.registration import Candidate, Loop, register, sub_map
 from mapping.slam.planar import between, compose, rotation
 from mapping.slam.settings import SlamSettings
@@ -30,6 +31,7 @@ class KeyframeGraph:
         self._since_search = 0.0
         self._unsolved = 0
         self._distances = np.zeros(0)
+        self._track_links = LinkTable.of(())
         self._points = lru_cache(maxsize=KEPT_SCANS)(self._points_of)
         mount = tracker.log.base_from_lidar
         self._base_from_lidar = np.array([mount.x, mount.y, mount.yaw])
@@ -71,7 +73,8 @@ class KeyframeGraph:
             if loop is not None and loop.refused is None:
                 self.loops.append(loop)
                 self._unsolved += 1
-        if self._unsolved >= self.settings.loops.solve_every:
+        settings = self.settings.loops
+        if self._unsolved >= max(settings.solve_every, settings.solve_growth * len(self.loops)):
             self.solve()
 
     def _candidates(self, latest: int) -> list[Candidate]:
@@ -83,7 +86,9 @@ class KeyframeGraph:
         apart = np.hypot(*(self.poses[old, :2] - self.poses[latest, :2]).T)
         if apart.min() > settings.shift[1] + settings.nearby:
             return []
-        covariances = relative_covariances(self.links(), len(self.poses), latest, self.poses)[old]
+        self._track_links = self._track_links.followed_by(self.tracker.track.links[len(self._track_links.ends) :])
+        links = self._track_links.followed_by([loop.link for loop in self.loops])
+        covariances = relative_covariances(links, latest, self.poses)[old]
         deviation = np.sqrt(np.maximum(covariances[:, 0, 0], covariances[:, 1, 1]))
         reach = np.minimum(settings.deviations * deviation, settings.shift[1]) + settings.nearby
         chosen: list[Candidate] = []
@@ -101,10 +106,9 @@ class KeyframeGraph:
     def _register(self, candidate: Candidate) -> Loop | None:
         query = self._around(candidate.second, range(candidate.second + 1))
         target = self._around(candidate.first, range(query.start))
-        poses = self.tracker.track.keyframe_poses()
         return register(
-            sub_map(query, candidate.second, poses, self._points, self._base_from_lidar),
-            sub_map(target, candidate.first, poses, self._points, self._base_from_lidar),
+            sub_map(query, candidate.second, self._pose_of, self._points, self._base_from_lidar),
+            sub_map(target, candidate.first, self._pose_of, self._points, self._base_from_lidar),
             candidate,
             self.tracker.voxel,
             self.tracker.noise.level,
@@ -118,6 +122,9 @@ class KeyframeGraph:
         first = min(max(int(near[0]), middle - settings.keyframes), middle - settings.fewest)
         last = max(min(int(near[-1]), middle + settings.keyframes), middle + settings.fewest)
         return range(max(first, allowed.start), min(last + 1, allowed.stop))
+
+    def _pose_of(self, keyframe: int) -> NDArray[np.float64]:
+        return self.tracker.track.keyframes[keyframe].pose
 
     def _points_of(self, keyframe: int) -> ScanPoints:
         return self.tracker.points_of(self.tracker.track.keyframes[keyframe].scan)

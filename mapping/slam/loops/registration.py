@@ -78,14 +78,14 @@ class Loop:
 def sub_map(
     frames: Sequence[int],
     middle: int,
-    poses: NDArray[np.float64],
+    pose_of: Callable[[int], NDArray[np.float64]],
     points_of: Callable[[int], ScanPoints],
     base_from_lidar: NDArray[np.float64],
 ) -> SubMap:
     """Join the points of keyframes in the frame of keyframe ``middle``."""
     points, normals, deviations, origins = [], [], [], []
     for frame in frames:
-        pose, scan = between(poses[middle], poses[frame]), points_of(frame)
+        pose, scan = between(pose_of(middle), pose_of(frame)), points_of(frame)
         points.append(move_points(pose, scan.points))
         normals.append(turn_vectors(pose[2], scan.normals))
         deviations.append(scan.deviations)

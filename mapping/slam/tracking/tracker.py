@@ -53,9 +53,6 @@ class Track:
     keyframes: list[Keyframe] = field(default_factory=list)
     links: list[Link] = field(default_factory=list)
 
-    def keyframe_poses(self) -> NDArray[np.float64]:
-        return np.stack([keyframe.pose for keyframe in self.keyframes])
-
     def distances(self) -> NDArray[np.float64]:
         """Return the path driven until each keyframe [m], (K,)."""
         return np.array([keyframe.distance for keyframe in self.keyframes])

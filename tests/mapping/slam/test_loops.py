@@ -28,7 +28,7 @@ def scans_along(walls, poses, range_max=12.0):
         ranges = cast(walls, pose, range_max=range_max)
         scan = LidarScan(0.0, -math.pi, math.tau / ranges.size, 0.0, range_max, ranges.astype(np.float32))
         points.append(scan_points(scan, SE2(), EXACT, SlamSettings().points))
-    return sub_map(range(len(poses)), len(poses) // 2, poses, points.__getitem__, np.zeros(3))
+    return sub_map(range(len(poses)), len(poses) // 2, poses.__getitem__, points.__getitem__, np.zeros(3))
 
 
 def straight(x0, x1, y, count=5):

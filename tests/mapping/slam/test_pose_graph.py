@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from mapping.geometry.se2 import SE2
 from mapping.slam.graph.pose_graph import chi_squared, optimise_poses, relative_covariances
-from mapping.slam.link import Link
+from mapping.slam.link import Link, LinkTable
 from mapping.slam.planar import between, compose
 
 COVARIANCE = np.diag([0.01, 0.02, 0.001])
@@ -75,7 +75,7 @@ def test_covariances_along_a_chain_are_those_of_sampled_motions(x, y, yaw):
     poses = [np.zeros(3)]
     for link in links:
         poses.append(compose(poses[-1], link.relative))
-    computed = relative_covariances(links, 3, 0, np.array(poses))
+    computed = relative_covariances(LinkTable.of(links), 0, np.array(poses))
     rng = np.random.default_rng(0)
     draws = rng.multivariate_normal(np.zeros(3), COVARIANCE, (4000, 2))
     ends = np.array([compose(links[0].relative + a, links[1].relative + b) for a, b in draws])
@@ -86,7 +86,7 @@ def test_covariances_along_a_chain_are_those_of_sampled_motions(x, y, yaw):
 
 def test_a_keyframe_that_no_link_reaches_has_no_certainty():
     links = [Link(0, 1, np.zeros(3), COVARIANCE)]
-    assert np.isinf(relative_covariances(links, 3, 0, np.zeros((3, 3)))[2]).all()
+    assert np.isinf(relative_covariances(LinkTable.of(links), 0, np.zeros((3, 3)))[2]).all()
 
 
 def test_an_edge_of_the_result_has_the_covariance_of_the_tangent():
