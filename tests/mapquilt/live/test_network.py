@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from mapquilt.live.network import LATCHED, STREAM, Network, Quality
 from mapquilt.live.published import published
 from mapquilt.runs.robot import load_run_robots
 from tests.mapquilt.live.floors import message as map_of
+from tests.mapquilt.live.test_live_merger import sent as growing
 
 GRID = "nav_msgs/msg/OccupancyGrid"
 LOOPBACK = (
@@ -98,6 +100,40 @@ def test_a_team_that_plays_is_merged_by_another_process(network, close_run, tmp_
     held = load_map(tmp_path / "record" / "merged.yaml").grid
     cells = np.array(merged.data).reshape(merged.info.height, merged.info.width)
     np.testing.assert_array_equal(cells, held.occupancy())
+
+
+ROS_PYTHONS = dict(each.split("=", 1) for each in os.environ.get("MAPQUILT_ROS_PYTHONS", "").split())
+"""Interpreters with rclpy, by distribution: ``kilted=/path/python jazzy=/path/python``."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distribution", ["jazzy", "kilted"])
+def test_a_real_node_is_heard_and_hears_late_what_the_file_has(distribution, tmp_path):
+    if distribution not in ROS_PYTHONS:
+        pytest.skip(f"MAPQUILT_ROS_PYTHONS names no {distribution}=PYTHON with ros-rclpy, as .ci/run installs it")
+    maps = {}
+    for robot in ("robot_0", "robot_1"):
+        sent = growing(robot, 12)
+        maps[robot] = sent.cells.reshape(sent.height, sent.width)
+        maps[f"{robot}_origin"] = np.array([sent.resolution, *sent.origin[:2]])
+    np.savez(tmp_path / "maps.npz", **maps)
+    live = start("live", "--discover", "/robot_*/map", "--duration", 45, "--record", tmp_path / "record")
+    node = Path(__file__).with_name("rclpy_node.py")
+    words = [ROS_PYTHONS[distribution], node, tmp_path / "maps.npz", tmp_path / "received.npz", 30]
+    ros = {
+        "ROS_DOMAIN_ID": str(DOMAIN),
+        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_LOG_DIR": str(tmp_path),
+        "HOME": str(tmp_path),
+        "PATH": os.environ["PATH"],
+    }
+    subprocess.run([str(each) for each in words], env=ros, check=True, timeout=120)
+    output, _ = live.communicate(timeout=120)
+    assert "2 of 2 robots joined" in output
+    received = np.load(tmp_path / "received.npz")
+    assert received["frame"] == "map_merged"
+    np.testing.assert_array_equal(received["cells"], load_map(tmp_path / "record" / "merged.yaml").grid.occupancy())
 
 
 @pytest.mark.slow
