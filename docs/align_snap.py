@@ -1,7 +1,8 @@
 """Measure Snap from rough placements: ``python docs/align_snap.py PAIRS.json [DATASET...]``.
 
-Each pair with a true transform is placed 2 m (40 cells without a resolution) and 15 degrees off, about the middle of
-its walls and in a random direction, at its true scale, and snapped. Pairs that the merger refuses are counted apart.
+Each pair with exactly one right answer is placed 2 m (40 cells without a resolution) and 15 degrees off, about the
+middle of its walls and in a random direction, at its true scale, and snapped. Pairs that the merger refuses are counted
+apart.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from mapquilt.align.arrangement import Placement
 from mapquilt.align.workspace import AlignTask, Workspace
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_sets import dataset_pairs, read_pair_list
-from mapquilt.evaluation.transform_error import RIGHT, transform_error
+from mapquilt.evaluation.transform_error import RIGHT, RIGHT_PLACE, transform_error
 from mapquilt.merging.merge_inputs import MergeInputs
 from merge.settings import MergeSettings
 
@@ -28,10 +29,12 @@ SHIFT_M, SHIFT_CELLS, TURN = 2.0, 40.0, math.radians(15.0)
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of one pair: refused by the merger, snapped to the right place, and the snap accepted."""
+    """Outcome of one pair: refused by the merger; snapped within the criterion; at the right place, if less precisely;
+    and the snap accepted."""
 
     refused: bool
     right: bool
+    right_place: bool
     accepted: bool
 
 
@@ -40,16 +43,19 @@ def main(sources: list[Path]) -> None:
     outcomes = []
     for source in sources:
         for pair in dataset_pairs(source, None) if source.is_dir() else read_pair_list(source):
-            if pair.truth.target_from_source is None:
+            if not pair.truth.identifiable:
                 continue
             outcome = snapped(pair, rng)
             outcomes.append(outcome)
             sys.stdout.write(f"{pair.info.suite} {pair.info.name}: {outcome}\n")
             sys.stdout.flush()
     for title, chosen in (("refused", [each for each in outcomes if each.refused]), ("all", outcomes)):
-        right, accepted = (sum(getattr(each, name) for each in chosen) for name in ("right", "accepted"))
-        wrong = sum(each.accepted and not each.right for each in chosen)
-        sys.stdout.write(f"{title}: {len(chosen)} pairs, {right} right, {accepted} accepted, {wrong} of these wrong\n")
+        counts = [sum(getattr(each, name) for each in chosen) for name in ("right", "right_place", "accepted")]
+        wrong = sum(each.accepted and not each.right_place for each in chosen)
+        sys.stdout.write(
+            f"{title}: {len(chosen)} pairs, {counts[0]} right, {counts[1]} at the right place, {counts[2]} accepted, "
+            f"{wrong} of these at a wrong place\n"
+        )
 
 
 def snapped(pair: BenchmarkPair, rng: np.random.Generator) -> Outcome:
@@ -64,7 +70,7 @@ def snapped(pair: BenchmarkPair, rng: np.random.Generator) -> Outcome:
     workspace.change(workspace.arrangement.placed(1, Placement(sheet @ start, "hand")))
     answer = workspace.snap(1, 0)
     error = transform_error(*maps.grids, truth, workspace.arrangement.target_from_source(0, 1))
-    return Outcome(refused, RIGHT.holds(error), answer.accepted)
+    return Outcome(refused, RIGHT.holds(error), RIGHT_PLACE.holds(error), answer.accepted)
 
 
 def inputs_of(maps: MapSet) -> MergeInputs:

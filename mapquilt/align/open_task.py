@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,15 +24,22 @@ from merge.settings import MergeSettings
 
 
 def open_task(
-    paths: Sequence[Path], out: Path | None, unknown: UnknownGrey, scale: ScaleRange | None, seed: int
+    paths: Sequence[Path],
+    out: Path | None = None,
+    unknown: UnknownGrey = None,
+    scale: ScaleRange | None = None,
+    seed: int = 0,
+    on_progress: Callable[[int, int], None] | None = None,
 ) -> AlignTask:
     """Open maps to align. A run or a merge keeps its answer in its own folder, and shows the one that it has.
+
+    ``on_progress`` gets the number of logs mapped and their total.
 
     Raises ``ValueError`` or ``OSError`` naming the file or option that cannot be used.
     """
     if len(paths) > 1 or not paths[0].is_dir():
         folder = Path("aligned") if out is None else out
-        inputs = path_inputs(paths, unknown)
+        inputs = path_inputs(paths, unknown, on_progress)
         refuse_merge(folder, paths)
         return AlignTask(inputs, MergeSettings(scale=scale), seed, folder, tuple(map(str, paths)))
     (folder,) = paths

@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from mapping.io.map_file import map_files
 from mapquilt.align.arrangement import Solved
 from mapquilt.align.merge_command import repeat_command
 from mapquilt.align.workspace import Workspace
+from mapquilt.convert.reframing import Reframing
 from mapquilt.json_file import record_bytes, similarity_record
 from mapquilt.merging.merge_folder import merge_run, write_merge
 from mapquilt.merging.transforms_file import pasted_transforms, transforms_text
@@ -56,14 +58,18 @@ def command(workspace: Workspace, solved: Solved) -> str:
     return repeat_command(task.sources, settings, task.seed, task.inputs.unknown[0], out)
 
 
-def save(workspace: Workspace, solved: Solved) -> tuple[Path, ...]:
+def save(workspace: Workspace, solved: Solved, *, yaw_zero: bool = False) -> tuple[Path, ...]:
     """Write all files of a merge and align.json, or none, and return their paths.
 
-    All but align.json equal those that ``mapquilt merge`` writes with the same priors.
+    All but align.json equal those that ``mapquilt merge`` writes with the same priors. With ``yaw_zero``, the merged
+    map is written once more on a raster without a yaw, for readers that ignore it.
     """
     task = workspace.task
     path = task.folder / run_folder.ALIGN_FILE
     further = {path: record_bytes(path, "align", align_record(workspace, solved))}
+    if yaw_zero:
+        merged = Reframing(yaw=0.0).apply(solved.result.merged)
+        further |= map_files(merged, task.folder / run_folder.YAW_ZERO_NAME)
     if run_folder.is_run(task.folder):
         _, written = merge_run(task.folder, solved.settings, task.seed, inputs=task.inputs, further=further)
         return written

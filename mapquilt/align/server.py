@@ -114,9 +114,10 @@ class PoseAmongMaps(Pose):
 
 
 class Merge(Call):
-    """A merge to save; ``as_placed`` stitches the maps where they lie."""
+    """A merge to save; ``as_placed`` stitches the maps where they lie, ``yaw_zero`` adds the map without a yaw."""
 
     as_placed: bool = False
+    yaw_zero: bool = False
 
 
 class AlignServer:
@@ -290,7 +291,7 @@ class AlignServer:
 
     def _save(self, call: Merge) -> dict[str, Any]:
         solved = self._workspace.stitch() if call.as_placed else self._workspace.solve()
-        written = save(self._workspace, solved)
+        written = save(self._workspace, solved, yaw_zero=call.yaw_zero)
         return self._state(
             files=sorted(path.name for path in written if path.parent == self._workspace.task.folder),
             answer=solved_record(self._workspace, solved),

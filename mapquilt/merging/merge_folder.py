@@ -27,6 +27,14 @@ from merge.settings import MergeSettings
 
 _OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NAME})_\d+\.(?:yaml|pgm)")
 
+_NOT_ALWAYS = (
+    run_folder.REFUSED_PICTURE,
+    run_folder.ALIGN_FILE,
+    f"{run_folder.YAW_ZERO_NAME}.yaml",
+    f"{run_folder.YAW_ZERO_NAME}.pgm",
+)
+"""Files that only some merges have."""
+
 
 def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
     """Raise ``ValueError`` if writing a merge of ``sources`` to the folder would overwrite one of them, a run, or
@@ -113,7 +121,7 @@ def _left(folder: Path, kept: Iterable[str]) -> list[str]:
         name
         for name in written_files(folder)
         if _OF_A_GROUP.fullmatch(name)
-        or name in (run_folder.REFUSED_PICTURE, run_folder.ALIGN_FILE)
+        or name in _NOT_ALWAYS
         or (name.startswith(f"{INPUTS}/") and places.isdisjoint(PurePosixPath(name).parents))
     ]
 

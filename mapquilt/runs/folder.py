@@ -8,7 +8,7 @@ truth.json           true transforms of the maps
 truth/               true raster of the world, and the part of it that each robot observed
 coverage.json        observed share of the world over time, with coverage.png
 merge.json           result of the merge, with merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png;
-                     refused.png if maps were not joined; align.json if a person placed them
+                     refused.png if maps were not joined; align.json and merged_yaw_0 if a person placed them
 score.json           evaluation of the merge against the truth, with overview.png
 timings.json         seconds; only this file differs between two runs of one seed
 """
@@ -47,6 +47,7 @@ SCORE_FILE = "score.json"
 TIMINGS_FILE = "timings.json"
 MERGED_NAME = "merged"
 CONFLICTS_NAME = "conflicts"
+YAW_ZERO_NAME = "merged_yaw_0"
 TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 REFUSED_PICTURE = "refused.png"
@@ -57,6 +58,8 @@ ANSWER_FILES = (
     MERGE_FILE,
     f"{MERGED_NAME}.yaml",
     f"{MERGED_NAME}.pgm",
+    f"{YAW_ZERO_NAME}.yaml",
+    f"{YAW_ZERO_NAME}.pgm",
     f"{CONFLICTS_NAME}.yaml",
     f"{CONFLICTS_NAME}.pgm",
     TRANSFORMS_FILE,

@@ -159,7 +159,7 @@ const showSolved = (title, solved) => showVerdict({
 
 const save = async (asPlaced) => {
   $("saved").textContent = "Saving…";
-  const found = await change("Saving…", "save", { as_placed: asPlaced });
+  const found = await change("Saving…", "save", { as_placed: asPlaced, yaw_zero: $("yaw-zero").checked });
   $("saved").textContent = found ? `Written: ${found.files.join(", ")}` : $("status").textContent;
   if (!found) return;
   texts = found.exports;

@@ -15,6 +15,7 @@ from mapquilt.align.open_task import open_task
 from mapquilt.align.workspace import Workspace
 from mapquilt.cli.options.files import Unknown, path, unknown_grey
 from mapquilt.cli.tables import warn
+from mapquilt.jobs.progress import count_progress
 
 
 def align(
@@ -56,7 +57,8 @@ def align(
     with align_extra():
         from mapquilt.align.server import AlignServer  # here: the packages are an extra
     searched = None if scale is None else ScaleRange.parse(scale)
-    task = open_task(maps, out, unknown_grey(unknown), searched, seed)
+    with count_progress("mapping logs") as on_progress:
+        task = open_task(maps, out, unknown_grey(unknown), searched, seed, on_progress)
     warn(task.inputs.warnings)
     server = AlignServer(Workspace(task), port)
     typer.echo(f"align the maps on {server.address}\nCtrl-C ends the page; Save writes to {task.folder}")

@@ -109,6 +109,18 @@ def test_a_merge_forgets_who_placed_its_maps(workspace, two, tmp_path) -> None:
     assert not (tmp_path / "out/align.json").exists()
 
 
+def test_the_map_without_a_yaw_is_that_of_convert_and_a_later_save_without_it_deletes_it(
+    workspace, two, tmp_path
+) -> None:
+    out = tmp_path / "out"
+    save(workspace, workspace.solve(), yaw_zero=True)
+    assert command("convert", out / "merged.yaml", tmp_path / "merged_yaw_0.yaml", "--yaw", 0) == 0
+    for name in ("merged_yaw_0.yaml", "merged_yaw_0.pgm"):
+        assert (out / name).read_bytes() == (tmp_path / name).read_bytes()
+    save(workspace, workspace.solve())
+    assert not list(out.glob("merged_yaw_0*"))
+
+
 def test_maps_can_be_saved_exactly_as_placed_and_not_before_each_is_placed(workspace, two, tmp_path) -> None:
     with pytest.raises(ValueError, match="b: has not been placed"):
         workspace.stitch()
