@@ -20,7 +20,8 @@ _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part")
 
 
 def write_bytes_atomically(path: Path, data: bytes) -> None:
-    """Write a file so that no reader sees a part of it, even if the writer is killed.
+    """Write a file so that no reader sees a part of it, even if the writer is killed; what killed writers of the same
+    file left is removed.
 
     The target of a link is replaced; the link stays. Nothing is flushed to the disk: a power cut may still lose files.
 
@@ -29,6 +30,7 @@ def write_bytes_atomically(path: Path, data: bytes) -> None:
     """
     final = _final(path)
     with naming(final):
+        remove_temporaries(final.parent, final.name)
         temporary, file = _locked_file(final)
     try:
         with naming(final), file:  # open until the file has its name, since the lock ends with it

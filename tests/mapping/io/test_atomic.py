@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import resource
 import signal
@@ -45,6 +46,18 @@ def test_a_file_is_written_and_replaced(tmp_path: Path) -> None:
         write_bytes_atomically(tmp_path / "file", data)
         assert (tmp_path / "file").read_bytes() == data
     assert names(tmp_path) == {"file"}
+
+
+def test_what_a_killed_writer_left_is_removed_and_a_living_one_and_others_stay(tmp_path: Path) -> None:
+    dead, living, other = (
+        tmp_path / f".{name}.{digit * 16}.part" for name, digit in (("a.json", "0"), ("a.json", "1"), ("b.json", "2"))
+    )
+    dead.write_bytes(b"half")
+    other.write_bytes(b"half")
+    with living.open("xb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        write_bytes_atomically(tmp_path / "a.json", b"whole")
+        assert names(tmp_path) == {"a.json", living.name, other.name}
 
 
 def test_a_file_has_the_usual_rights(tmp_path: Path) -> None:
