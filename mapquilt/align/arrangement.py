@@ -46,14 +46,24 @@ class Arrangement:
     reference: int = 0
     solved: Solved | None = None
 
-    def placed(self, index: int, placement: Placement) -> Arrangement:
-        """Place one map. Any merge before no longer gives the poses."""
-        placements = (*self.placements[:index], placement, *self.placements[index + 1 :])
-        return Arrangement(placements, self.reference)
+    def placed(self, index: int, placement: Placement, other: int | None = None) -> Arrangement:
+        """Place one map. Any merge before no longer gives the poses.
+
+        A person who moves the reference to an ``other`` map decides where that one lies on the reference.
+        """
+        placements = list(self.placements)
+        placements[index] = placement
+        if index == self.reference and other is not None:
+            placements[other] = _decided_like(placements[other], placement)
+        return Arrangement(tuple(placements), self.reference)
 
     def with_reference(self, index: int) -> Arrangement:
-        """Name another reference."""
-        return self if index == self.reference else Arrangement(self.placements, index)
+        """Name another reference. If a person placed it on the former one, that is now placed on it."""
+        if index == self.reference:
+            return self
+        placements, before = list(self.placements), self.reference
+        placements[before] = _decided_like(placements[before], placements[index])
+        return Arrangement(tuple(placements), index)
 
     def target_from_source(self, target: int, source: int) -> Similarity2:
         """Return the transform between two maps, in their stated metres."""
@@ -73,6 +83,13 @@ class Arrangement:
             for name, each in zip(names, self.placements, strict=True)
         )
         return replace(self, placements=placements, solved=solved)
+
+
+def _decided_like(placement: Placement, decided: Placement) -> Placement:
+    """Return a placement that nobody has decided with the decider of another, if that is a person."""
+    if placement.decided_by in PINNED or decided.decided_by not in PINNED:
+        return placement
+    return replace(placement, decided_by=decided.decided_by)
 
 
 @dataclass(frozen=True, eq=False)

@@ -140,7 +140,6 @@ class AlignServer:
                 access_log=False,
                 proxy_headers=False,
                 server_header=False,
-                timeout_graceful_shutdown=2,
             )
         )
 
@@ -150,7 +149,7 @@ class AlignServer:
         return f"http://{HOST}:{self.port}/{self.token}/"
 
     def run(self) -> None:
-        """Serve until the page, a signal or ``stop`` ends it."""
+        """Serve until the page, a signal or ``stop`` ends it; a request that runs is finished first."""
         self._server.run(sockets=[self._socket])
 
     def stop(self) -> None:

@@ -75,8 +75,18 @@ class Workspace:
         self.history = self.history.redone()
 
     def place(self, index: int, pose: Similarity2) -> None:
-        """Place a map where a person's hand put it."""
-        self.change(self.arrangement.placed(index, Placement(pose, "hand")))
+        """Place a map where a person's hand put it.
+
+        Raises ``ValueError`` for the reference of more than two maps: its move would not tell on which of them it lies.
+        """
+        other = None
+        if index == self.arrangement.reference and len(self.maps) > 1:
+            if len(self.maps) > 2:
+                raise ValueError(
+                    f"{self.maps.names[index]}: is the reference; make another map the reference to move it"
+                )
+            other = 1 - index
+        self.change(self.arrangement.placed(index, Placement(pose, "hand"), other))
 
     def partner(self, index: int, others: Sequence[int]) -> int:
         """Choose the map that fits best where a map lies, of the ``others``; of equals the nearest, in their order.
@@ -113,7 +123,7 @@ class Workspace:
         if answer.target_from_source is not None:
             sheet = self.arrangement.placements[other].sheet_from_map
             pose = sheet @ snap.target_from_source(answer.target_from_source)
-            self.change(self.arrangement.placed(index, Placement(pose, "snap")))
+            self.change(self.arrangement.placed(index, Placement(pose, "snap"), other))
         return answer
 
     def snap_task(self, index: int, other: int) -> Snap:
@@ -144,7 +154,7 @@ class Workspace:
         if not 0 <= number < len(found):
             raise ValueError(f"candidate is {number}, must be 0 to {len(found) - 1}")
         sheet = self.arrangement.placements[other].sheet_from_map
-        self.change(self.arrangement.placed(index, Placement(sheet @ found[number][0], "choice")))
+        self.change(self.arrangement.placed(index, Placement(sheet @ found[number][0], "choice"), other))
 
     def solve(self) -> Solved:
         """Merge all maps with the placed ones as priors, and show the answer, unless it is shown already."""

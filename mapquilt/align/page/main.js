@@ -14,6 +14,9 @@ const page = {
   scaleFixed: true, coloured: true, busy: false, typing: false, frames: [],
 };
 
+// A locked map stays; so does the reference of more than two maps, since its move would not tell on which of them it lies.
+page.fixed = (index) => page.locked.has(index) || (index === page.reference && page.maps.length > 2);
+
 const others = () => page.maps.map((_, index) => index).filter((index) => index !== page.selected && !page.hidden.has(index));
 const pose = (index) => { const { x, y, yaw, scale } = page.poses[index]; return { x, y, yaw, scale }; };
 const fromReference = () => compose(inverse(page.poses[page.reference]), page.poses[page.selected]);
@@ -85,7 +88,8 @@ const settle = async () => {
   await send(index);
 };
 const nudge = (to) => {
-  if (page.locked.has(page.selected) || page.busy) return;
+  if (page.busy) return;
+  if (page.fixed(page.selected)) { status(page.locked.has(page.selected) ? "the map is locked" : "the reference stays; make another map the reference to move it", true); return; }
   moveTo(page.selected, to);
   pending = page.selected; clearTimeout(timer); timer = setTimeout(settle, 350);
 };
@@ -230,7 +234,7 @@ const start = async () => {
     const [x, y, yaw] = map.origin;
     return { ...map, frame: { x, y, yaw, scale: 1 }, raster: new Raster(new Uint8Array(cells), map.rows, map.cols), points: new Float32Array(walls) };
   }));
-  page.scaleFixed = record.scale_fixed; page.selected = page.maps.length > 1 ? 1 : 0;
+  page.scaleFixed = record.scale_fixed; page.selected = page.maps.findIndex((_, index) => index !== record.state.reference || page.maps.length === 1);
   $("out").textContent = record.out;
   status(""); nameTheme(); adopt(record.state); view.fit();
   window.mapquilt = { page, view };

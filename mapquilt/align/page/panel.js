@@ -42,7 +42,8 @@ export const showPose = (page, fromReference) => {
   const unit = page.maps[page.reference].unit === "m" ? "[m]" : "[cells]";
   $("unit-x").textContent = unit; $("unit-y").textContent = unit;
   $("scale-label").hidden = page.scaleFixed;
-  const values = { x: fromReference.x.toFixed(3), y: fromReference.y.toFixed(3), yaw: ((fromReference.yaw * 180) / Math.PI).toFixed(2), scale: fromReference.scale.toFixed(4) };
+  const fixed = (value, places) => (Math.round(value * 10 ** places) / 10 ** places + 0).toFixed(places);  // no -0.00
+  const values = { x: fixed(fromReference.x, 3), y: fixed(fromReference.y, 3), yaw: fixed((fromReference.yaw * 180) / Math.PI, 2), scale: fixed(fromReference.scale, 4) };
   for (const [name, value] of Object.entries(values)) if (document.activeElement !== form[name] || !page.typing) form[name].value = value;
   for (const name of Object.keys(values)) form[name].disabled = page.selected === page.reference || page.locked.has(page.selected);
 };

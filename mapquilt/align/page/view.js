@@ -67,9 +67,9 @@ export class View {
 
   // Return the map under a point: the selected one first, then the topmost.
   hit(point) {
-    const { maps, poses, hidden, locked, selected } = this.page;
+    const { page } = this, { maps, poses, hidden, selected } = page;
     return [selected, ...maps.map((_, index) => index).reverse()].find((index) => {
-      if (hidden.has(index) || locked.has(index)) return false;
+      if (hidden.has(index) || page.fixed(index)) return false;
       const [x, y] = apply(inverse(compose(poses[index], maps[index].frame)), this.sheet(point)), { resolution, raster } = maps[index];
       return raster.known(Math.floor(y / resolution), Math.floor(x / resolution));
     });
@@ -79,7 +79,7 @@ export class View {
     const point = this.at(event), { page } = this;
     this.canvas.focus(); this.canvas.setPointerCapture(event.pointerId); this.pointers.set(event.pointerId, point);
     if (this.pointers.size > 1) { this.finish(); return; }
-    const movable = !page.hidden.has(page.selected) && !page.locked.has(page.selected) && !page.busy;
+    const movable = !page.hidden.has(page.selected) && !page.fixed(page.selected) && !page.busy;
     const onHandle = movable && Math.hypot(...this.handle(page.selected).knob.map((value, axis) => value - point[axis])) < REACH;
     const index = onHandle ? page.selected : event.button === 0 && !page.busy ? this.hit(point) : undefined;
     if (index === undefined) { this.drag = { kind: "pan" }; return; }
@@ -151,7 +151,7 @@ export class View {
     context.strokeStyle = accent; context.lineWidth = 1.25; context.setLineDash([5, 4]);
     context.beginPath(); corners.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y))); context.closePath(); context.stroke();
     context.setLineDash([]);
-    if (page.locked.has(index)) return;
+    if (page.fixed(index)) return;
     const { top, knob } = this.handle(index);
     context.beginPath(); context.moveTo(...top); context.lineTo(...knob); context.stroke();
     context.beginPath(); context.arc(...knob, 7, 0, 2 * Math.PI); context.fillStyle = paper; context.fill(); context.lineWidth = 2; context.stroke();

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -129,3 +130,23 @@ def test_without_the_extra_the_verb_names_it(two, capsys, monkeypatch) -> None:
     assert command("align", *two.files, "--no-browser") == 2
     says = "mapquilt: mapquilt align needs the packages starlette and uvicorn: pip install 'mapquilt[align]'\n"
     assert capsys.readouterr().err == says
+
+
+def test_the_end_of_the_server_waits_for_the_request_that_runs(client, workspace, monkeypatch) -> None:
+    solve, started, go = workspace.solve, threading.Event(), threading.Event()
+
+    def slow():
+        started.set()
+        assert go.wait(60)
+        return solve()
+
+    monkeypatch.setattr(workspace, "solve", slow)
+    answers: list[int] = []
+    asker = threading.Thread(target=lambda: answers.append(client.call("save")[0]))
+    asker.start()
+    assert started.wait(60)
+    client.server.stop()
+    go.set()
+    asker.join(60)
+    assert answers == [200]
+    assert (workspace.task.folder / "align.json").is_file()

@@ -10,6 +10,7 @@ import pytest
 
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.align.measurement import CONTRADICTION, MATCH, NO_OPINION, combine_classes
+from mapquilt.align.merge_command import arranged_settings
 from mapquilt.align.open_task import open_task
 from mapquilt.align.saving import command as repeat
 from mapquilt.align.saving import exports, save
@@ -100,6 +101,28 @@ def test_saved_files_equal_those_of_the_command_that_the_page_shows(workspace, t
     texts = exports(workspace, solved)
     assert "static_transform_publisher" in texts["tf"] and "--frame-id a/map" in texts["tf"]
     assert texts["yaml"] == (tmp_path / "out/transforms.yaml").read_text()
+
+
+def test_a_place_stays_decided_whichever_map_moves_and_is_the_reference(workspace, two) -> None:
+    start = workspace.arrangement
+    settings = workspace.task.settings
+
+    def priors() -> list[str]:
+        return [prior.name for prior in arranged_settings(settings, workspace.arrangement, workspace.maps).priors]
+
+    assert priors() == []
+    workspace.place(0, start.placements[1].sheet_from_map @ two.target_from_source.inverse())
+    assert priors() == ["b"]
+    workspace.change(workspace.arrangement.with_reference(1))
+    assert priors() == ["a"]
+    workspace.undo()
+    workspace.undo()
+    workspace.place(1, sheet_pose(workspace, two.target_from_source))
+    assert priors() == ["b"]
+    workspace.change(workspace.arrangement.with_reference(1))
+    assert priors() == ["a"]
+    pose = workspace.arrangement.target_from_source(0, 1)
+    assert walls_apart(workspace, pose, two.target_from_source) < 1e-9
 
 
 def test_a_merge_forgets_who_placed_its_maps(workspace, two, tmp_path) -> None:
