@@ -226,8 +226,9 @@ def _missing(name: str, state: LiveState) -> Missing:
         if in_frame:
             return Missing(f"with {other}: contradicts the rest of the team", contradicted=True)
         return Missing(f"with {other}: joined, but not with the merged map")
-    held = [answer for names, answer in entries.items() if all(state.placements[each].is_joined for each in names)]
-    return Missing(f"with {other}: {surest.reason_text}", any(each.reason in CONTRADICTING for each in held))
+    held = [state.pairs[names] for names in entries if all(state.placements[each].is_joined for each in names)]
+    contradicted = any(each.challenged or each.answer.reason in CONTRADICTING for each in held)
+    return Missing(f"with {other}: {surest.reason_text}", contradicted)
 
 
 def _heard(before: LiveState, robots: Mapping[str, Robot]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from itertools import combinations
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
-from mapquilt.live.placement import Sighting
+from mapquilt.live.placement import Sighting, displacement
 from mapquilt.live.robots import Robot
 from mapquilt.live.settings import LiveSettings
 from merge.pair.feature_cache import FeatureCache
@@ -28,7 +28,8 @@ class KnownPair:
     ``versions`` are those of the maps that gave it; ``searched`` the known cells of both at the last match from
     scratch, None if a new one is due. A match near a guess is blind to better places elsewhere, so its answer is never
     surer than the ``ceiling``: the confidence of that last match, or of what placed the two maps. ``turn`` is the
-    number of the update.
+    number of the update. A pair is ``challenged`` if it was accepted, and more cells then make a match from scratch
+    refuse the same place: only another such match accepts it again.
     """
 
     answer: PairResult
@@ -36,6 +37,7 @@ class KnownPair:
     searched: tuple[int, int] | None
     ceiling: float
     turn: int
+    challenged: bool = False
 
 
 Known = Mapping[Names, KnownPair]
@@ -77,11 +79,25 @@ def match_changed(
     scratch = [names for names in pairs if _is_due(found.get(names), pairs[names], names, placed, settings)]
     for names in sorted(scratch, key=waited)[: settings.full_matches]:
         answer = match(_task(pairs[names], settings), cache)
-        if names in found and found[names].answer.accepted and not answer.accepted:
-            answer = found[names].answer  # near its last answer it holds; elsewhere nothing better was found
+        last = found.get(names)
+        challenged = last is not None and not answer.accepted and (last.answer.accepted or last.challenged)
+        accepted_before = last.answer if last is not None and last.answer.accepted and challenged else None
+        if accepted_before is not None and _is_missed(accepted_before, answer, pairs[names][1], settings):
+            answer, challenged = accepted_before, False
         cells = pairs[names][0].known_cells, pairs[names][1].known_cells
-        found[names] = KnownPair(answer, _versions(pairs[names]), cells, answer.confidence, turn)
+        found[names] = KnownPair(answer, _versions(pairs[names]), cells, answer.confidence, turn, challenged)
     return found
+
+
+def _is_missed(before: PairResult, scratch: PairResult, source: Robot, settings: LiveSettings) -> bool:
+    """Check if a refused match from scratch missed the accepted place: it ended elsewhere, with a lower score."""
+    if scratch.target_from_source is None or scratch.evidence is None:
+        return True
+    if before.target_from_source is None or before.evidence is None:
+        return False
+    shift, turn = displacement(before.target_from_source, scratch.target_from_source, source.middle)
+    elsewhere = shift > settings.same_place or turn > settings.same_yaw
+    return elsewhere and scratch.evidence.score < before.evidence.score
 
 
 def _task(pair: tuple[Robot, Robot], settings: LiveSettings) -> PairTask:
@@ -102,7 +118,7 @@ def _guess(names: Names, entry: KnownPair, placed: Mapping[str, Sighting]) -> tu
     """Return the transform near which a pair is matched again, and its confidence; None if nothing says one."""
     if entry.answer.accepted and entry.answer.target_from_source is not None:
         return entry.answer.target_from_source, entry.ceiling
-    if names[0] in placed and names[1] in placed:
+    if names[0] in placed and names[1] in placed and not entry.challenged:
         target, source = placed[names[0]], placed[names[1]]
         return target.merged_from_map.inverse() @ source.merged_from_map, min(target.confidence, source.confidence)
     return None
@@ -118,7 +134,7 @@ def _is_due(
     """Check if a pair is to be matched from scratch."""
     if entry is None or entry.searched is None:
         return True
-    if not entry.answer.accepted and names[0] in placed and names[1] in placed:
+    if not entry.answer.accepted and not entry.challenged and names[0] in placed and names[1] in placed:
         return False
     sure = entry.answer.accepted and entry.answer.confidence >= settings.placement.join_confidence
     growth = settings.regrowth if sure else settings.growth

@@ -50,6 +50,7 @@ class LiveSettings:
     - ``compared_cells``: so many cells are looked up for that;
     - ``growth``: a refused pair is matched again from scratch once a map of it knows this share of cells more,
       ``regrowth`` an accepted one, in case its maps fit better elsewhere by then;
+    - ``same_place`` [m], ``same_yaw`` [rad]: matches of a pair nearer than this are at the same place;
     - ``full_matches``: pairs matched from scratch in one update, which bounds its time;
     - ``guided_matches``: pairs matched again near their last answer in one update.
     """
@@ -64,6 +65,8 @@ class LiveSettings:
     compared_cells: int = 4000
     growth: float = 0.1
     regrowth: float = 1.0
+    same_place: float = 1.0
+    same_yaw: float = math.radians(5.0)
     full_matches: int = 1
     guided_matches: int = 12
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.live.live_merger import LiveMerger, LiveState
 from mapquilt.live.placement import displacement
+from merge.pair.pipeline import match
+from merge.records.verdict import Reason, Refusal
 from tests.mapquilt.live.floors import explored, floor, in_frame, message
 
 WORLD = floor()
@@ -122,6 +125,26 @@ def test_garbage_changes_no_pose_and_is_told():
     after = merger.update([bad], 30.0)
     assert after.poses == before.poses
     assert after.events == ("robot_1: resolution is nan, must be finite; the message is ignored",)
+
+
+def test_a_join_that_a_match_from_scratch_no_longer_accepts_is_taken_back(monkeypatch):
+    """As in a corridor whose other end fits as well once it is seen."""
+    merger = LiveMerger()
+    before = drive(merger, range(2, 7), ("robot_0", "robot_2"))[-1]
+    assert set(before.poses) == {"robot_0", "robot_2"}
+
+    def ambiguous(task, cache):
+        found = match(task, cache)
+        return dataclasses.replace(found, accepted=False, confidence=0.1, refusal=Refusal(Reason.AMBIGUOUS))
+
+    monkeypatch.setattr("mapquilt.live.pair_answers.match", ambiguous)
+    eager = dataclasses.replace(merger.settings, growth=1e-6, regrowth=1e-6)
+    merger.settings = eager
+    states = drive(merger, range(7, 12), ("robot_0", "robot_2"))
+    told = [event for state in states for event in state.events]
+    assert any("taken back: no pair supports it any more: with robot_" in event for event in told)
+    assert any(event.endswith("two answers equally good") for event in told)
+    assert len(states[-1].poses) <= 1
 
 
 def test_two_different_floors_never_join():
