@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.safe_load import read_json, reading
-from mapping.io.shape import require_shape
+from mapping.io.shape import Shape, require_shape
 from mapquilt.evaluation.pair_rows import COLUMNS, TRANSFORM, csv_text, from_row, to_row
 from mapquilt.evaluation.statistics import Interval, Quantiles, Share
 from mapquilt.jobs.journal import Entry, Journal
@@ -25,6 +25,11 @@ STUDY_FILE, RESULTS_FILE, PAIRS_FILE, TESTS_FILE = "study.json", "results.csv", 
 TIMINGS_FILE, TIMES_FILE = "timings.json", "timings.csv"
 ERRORS = ("rotation_deg", "scale_percent", "displacement_m", "displacement_of_diagonal")
 MEANS = ("iou_free", "f1_walls", "joined")
+TEAM: Shape = {
+    **{"mission": str, "world": str, "level": [str], "method": str, "maps": int, "joined": int, "pairs": int},
+    **{"iou_free": float, "f1_walls": float, "seconds": float},
+}
+FAILURE: Shape = {"mission": str, "level": list | None, "reason": str}
 
 
 def plan_from_record(record: dict[str, Any]) -> StudyPlan:
@@ -166,8 +171,10 @@ def trials_journal(folder: Path) -> Journal[MissionTask]:
 
 
 def _check_entry(entry: Entry, place: str) -> None:
-    shape = {"pairs": [dict], "teams": [{"level": list}], "failures": [{"level": list | None}]}
-    require_shape(entry, shape, place)
+    require_shape(entry, {"pairs": [dict], "teams": [TEAM], "failures": [FAILURE]}, place)
+    for team in entry["teams"]:
+        if not 0 <= team["joined"] <= team["maps"] or team["maps"] == 0:
+            raise ValueError(f"{place}: {team['joined']} of {team['maps']} maps joined")
     with reading(place):
         trials_from_record(entry)
 
@@ -185,9 +192,13 @@ def load_results(folder: Path) -> StudyResults:
     plan = plan_from_record(record)
     entries = [entry for _, entry in sorted(trials_journal(folder).entries().items(), key=lambda item: int(item[0]))]
     missions = [trials_from_record(entry) for entry in entries]
-    return build_results(
-        plan,
-        [pair for trials in missions for pair in trials.pairs],
-        [team for trials in missions for team in trials.teams],
-        [failure for trials in missions for failure in trials.failures],
-    )
+    pairs = [pair for trials in missions for pair in trials.pairs]
+    teams = [team for trials in missions for team in trials.teams]
+    planned = [(level, method.title) for level in plan.levels for method in plan.methods]
+    for level, method in (
+        *((one.pair.level, one.method) for one in pairs),
+        *((one.level, one.method) for one in teams),
+    ):
+        if (level, method) not in planned:
+            raise ValueError(f"{folder / TRIALS_FILE}: {method!r} at the level {list(level)} is not of the plan")
+    return build_results(plan, pairs, teams, [failure for trials in missions for failure in trials.failures])
