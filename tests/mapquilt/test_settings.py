@@ -46,6 +46,8 @@ def changed_text(name: str) -> str:
     value = get_leaf(ExperimentConfig(), name)
     if isinstance(value, bool):
         return "false" if value else "true"
+    if isinstance(value, str) and name.endswith(".greys"):
+        return "two"
     if isinstance(value, str):  # the features of a method
         return "orb" if value == "sift" else "sift"
     if isinstance(value, tuple):

@@ -75,7 +75,7 @@ def test_the_same_call_gives_the_same_bytes_but_for_times_and_replaces_the_old(m
     assert command(*arguments, out) == 0
     assert hashes(out, but=TIMED) == before
     printed = capsys.readouterr().out
-    assert "alone" in printed and "verified" in printed
+    assert "published" in printed and "verified" in printed
 
 
 def test_after_an_interruption_the_same_command_continues(made, pairs_file, tmp_path, monkeypatch):

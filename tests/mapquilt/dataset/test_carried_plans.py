@@ -103,7 +103,7 @@ def test_a_changed_plan_is_refused_and_named(made: Path, tmp_path: Path, capsys:
     [
         ("world: flat.png, count: 1", "flat.png: a plan that is a picture needs --plan-resolution"),
         ("world: flat.png, plan_resolution: 0.1, count: 1", "in 2 parts"),
-        ("world: ofice, count: 1", "unknown world 'ofice'"),
+        ("world: ofice, count: 1", "missions.1.world: is ofice, must be a file or one of office, "),
         ("world: gone.json, count: 1", "gone.json"),
     ],
 )

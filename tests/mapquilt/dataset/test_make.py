@@ -301,7 +301,10 @@ def test_negatives_of_one_world_alone_are_refused(capsys, tmp_path):
 
 @pytest.mark.parametrize(
     ("missions", "says"),
-    [("{world: moon, count: 1}", "unknown world 'moon'"), ("{world: plan.png, count: 1}", "needs --plan-resolution")],
+    [
+        ("{world: moon, count: 1}", "missions.1.world: is moon, must be a file or one of office"),
+        ("{world: plan.png, count: 1}", "needs --plan-resolution"),
+    ],
 )
 def test_a_world_that_cannot_be_opened_is_refused_before_the_first_mission(
     capsys, tmp_path, monkeypatch, missions, says
