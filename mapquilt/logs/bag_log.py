@@ -84,6 +84,8 @@ def load_bag(
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
     """Name the bag in what its library raises in this block, as ``ValueError`` or ``OSError``."""
+    if not path.exists():
+        raise FileNotFoundError(f"{path}: no such file or folder")
     try:
         with reading(path, *_BAG_ERRORS):
             yield

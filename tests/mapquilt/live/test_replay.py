@@ -230,3 +230,8 @@ def test_wrong_options_are_named(team, options, complaint, capsys, tmp_path):
 def test_wrong_options_of_play_are_named(close_run, options, complaint, capsys, tmp_path):
     assert command("play", close_run, "--out", tmp_path / "bag", *options) == 2
     assert complaint in capsys.readouterr().err
+
+
+def test_a_bag_that_is_not_there_is_refused_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command("live", "--from", tmp_path / "gone.mcap") == 2
+    assert capsys.readouterr().err == f"mapquilt: {tmp_path / 'gone.mcap'}: no such file or folder\n"
