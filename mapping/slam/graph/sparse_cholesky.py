@@ -16,7 +16,10 @@ from scipy.sparse.linalg import splu
 
 def elimination_order(first: NDArray[np.int64], second: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     """Order the nodes (K,) of a graph with edges ``first`` to ``second`` (E,) so that elimination fills in little:
-    those with fewest neighbours first (minimum degree)."""
+    those with fewest neighbours first (minimum degree).
+
+    Of SuperLU only the order is taken, which depends on the edges alone.
+    """
     ends = np.append(first, second), np.append(second, first)
     graph = csc_matrix((np.full(2 * first.size, -1.0), ends), shape=(count, count))
     dominant = graph + (2.0 * first.size + 1.0) * identity(count, format="csc")

@@ -20,6 +20,9 @@ SERIAL_MAPS = 6
 PRELOADED = ("merge.multimap.pair_selection",)
 """Modules that workers need."""
 
+SCALE_HELP = "known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted."
+
+ScaleOption = Annotated[str | None, typer.Option(help=SCALE_HELP, show_default="auto")]
 ReferenceOption = Annotated[
     str | None,
     typer.Option("--reference", metavar="NAME", help="Map whose frame the answer is in; default: the first."),

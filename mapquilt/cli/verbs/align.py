@@ -14,6 +14,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapquilt.align.open_task import open_task
 from mapquilt.align.workspace import Workspace
 from mapquilt.cli.options.files import Unknown, path, unknown_grey
+from mapquilt.cli.options.merge import ScaleOption
 from mapquilt.cli.tables import warn
 from mapquilt.jobs.progress import count_progress
 
@@ -34,13 +35,7 @@ def align(
             "[default: aligned]",
         ),
     ] = None,
-    scale: Annotated[
-        str | None,
-        typer.Option(
-            help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.",
-            show_default="auto",
-        ),
-    ] = None,
+    scale: ScaleOption = None,
     unknown: Unknown = None,
     seed: Annotated[int, typer.Option(help="Seed of the method's random samples.")] = 0,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page on 127.0.0.1; 0: a free one.")] = 0,

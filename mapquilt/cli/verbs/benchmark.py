@@ -17,6 +17,7 @@ from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample, read_pair_l
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.table import calibration_table, terminal_table
 from mapquilt.benchmark.trials import TASKS_FILE, chosen_methods, run_benchmark, unfinished_folder
+from mapquilt.cli.options.merge import SCALE_HELP
 from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.jobs.journal import remove_job
@@ -46,9 +47,7 @@ def benchmark(
             help=f"Also run methods with their own acceptance rule: {', '.join(published_names())}.",
         ),
     ] = False,
-    scale: Annotated[
-        str, typer.Option(help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.")
-    ] = "auto",
+    scale: Annotated[str, typer.Option(help=SCALE_HELP)] = "auto",
     limit: Annotated[
         int | None, typer.Option(help="Number of pairs to run, drawn evenly from all strata; default: all.")
     ] = None,

@@ -74,16 +74,7 @@ def live(
 
     Example: mapquilt live --discover '/robot_*/map' --record merged
     """
-    if not frame or not out_topic.startswith("/"):
-        raise ValueError(
-            f"--frame {frame!r} and --out-topic {out_topic!r}: need a name, and a topic that starts with /"
-        )
-    if source is None and not topic and discover is None:
-        raise ValueError("--topic, --discover or --from: one is needed to say which maps to merge")
-    if source is None and out is not None:
-        raise ValueError(f"--out {out}: goes with --from; `ros2 bag record` records topics of the network")
-    if source is not None and (domain is not None or duration is not None):
-        raise ValueError("--domain and --duration: go with topics of the network, not with --from")
+    _check_options(source, topic, discover, out, frame=frame, out_topic=out_topic, of_network=(domain, duration))
     if out is not None:
         require_new_folder(out)
     if record is not None:
@@ -109,6 +100,29 @@ def live(
         if folder is not None:
             typer.echo(f"written: {folder}, {text}")
     return ALL_MERGED if len(merger.state.poses) == len(merger.state.robots) else SOME_REFUSED
+
+
+def _check_options(
+    source: Path | None,
+    topic: list[str] | None,
+    discover: str | None,
+    out: Path | None,
+    *,
+    frame: str,
+    out_topic: str,
+    of_network: tuple[float | None, ...],
+) -> None:
+    """Raise ``ValueError`` for options that do not go together; ``of_network`` are those that no bag takes."""
+    if not frame or not out_topic.startswith("/"):
+        raise ValueError(
+            f"--frame {frame!r} and --out-topic {out_topic!r}: need a name, and a topic that starts with /"
+        )
+    if source is None and not topic and discover is None:
+        raise ValueError("--topic, --discover or --from: one is needed to say which maps to merge")
+    if source is None and out is not None:
+        raise ValueError(f"--out {out}: goes with --from; `ros2 bag record` records topics of the network")
+    if source is not None and any(value is not None for value in of_network):
+        raise ValueError("--domain and --duration: go with topics of the network, not with --from")
 
 
 def _bag_moments(

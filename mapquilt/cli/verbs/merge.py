@@ -22,6 +22,7 @@ from mapquilt.cli.options.merge import (
     FusionOption,
     PriorOption,
     ReferenceOption,
+    ScaleOption,
     TrustOption,
     pair_workers,
     parse_priors,
@@ -60,13 +61,7 @@ def merge(
     method: Annotated[
         str | None, typer.Option(help=f"Merging method: {', '.join(method_names())}.", show_default="quilt")
     ] = None,
-    scale: Annotated[
-        str | None,
-        typer.Option(
-            help="known, free (0.5 to 2), LO:HI, or auto: known if every resolution can be trusted.",
-            show_default="auto",
-        ),
-    ] = None,
+    scale: ScaleOption = None,
     as_published: Annotated[
         bool,
         typer.Option(

@@ -155,4 +155,5 @@ def test_the_page_fits_the_window_in_both_themes(shown, theme, width) -> None:
 
 def test_quit_ends_the_server(shown, client) -> None:
     shown.find_element(By.ID, "quit").click()
-    WebDriverWait(shown, 60).until(lambda _: "has ended" in shown.find_element(By.ID, "status").text)
+    WebDriverWait(shown, 60).until(lambda _: "ended" in shown.find_element(By.ID, "status").text)
+    assert "has ended" in shown.find_element(By.ID, "status").text

@@ -11,6 +11,7 @@ from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from merge.merger import match_maps
+from merge.records.result import PairResult
 from merge.settings import MergeSettings
 from worlds.families.registry import make_world
 from worlds.raster import true_raster
@@ -22,20 +23,23 @@ UNKNOWN, FREE, WALL = -1, 0, 100
 @pytest.mark.parametrize("seed", range(4))
 def test_two_corridors_with_other_doors_and_rooms_are_refused(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
-    refused(corridor(rng), corridor(rng))
+    pair = matched(corridor(rng), corridor(rng))
+    assert not pair.accepted
+    assert pair.confidence < 0.5
 
 
 @pytest.mark.parametrize(("first", "second"), [("office", "house"), ("maze", "warehouse"), ("house", "hospital")])
 @pytest.mark.parametrize("title", [False, True])
 def test_two_plans_in_one_drawing_frame_are_refused(first: str, second: str, title: bool) -> None:
-    refused(sheet(first, 1001, title), sheet(second, 1002, title))
-
-
-def refused(a: np.ndarray, b: np.ndarray) -> None:
-    grids = tuple(OccupancyGrid.from_occupancy(GridFrame(RESOLUTION, SE2(), cells.shape), cells) for cells in (a, b))
-    (pair,) = match_maps(MapSet(("a", "b"), grids, ("m", "m"), resolutions_trusted=True), MergeSettings())
+    pair = matched(sheet(first, 1001, title), sheet(second, 1002, title))
     assert not pair.accepted
     assert pair.confidence < 0.5
+
+
+def matched(a: np.ndarray, b: np.ndarray) -> PairResult:
+    grids = tuple(OccupancyGrid.from_occupancy(GridFrame(RESOLUTION, SE2(), cells.shape), cells) for cells in (a, b))
+    (pair,) = match_maps(MapSet(("a", "b"), grids, ("m", "m"), resolutions_trusted=True), MergeSettings())
+    return pair
 
 
 def corridor(rng: np.random.Generator) -> np.ndarray:
