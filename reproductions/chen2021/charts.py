@@ -149,7 +149,7 @@ def _draw_parts(axes: Axes, counted: Tallies) -> None:
     axes.set_xticks(range(len(names)), names, rotation=20)
     in_per_cent(axes)
     write_axes(axes, "", "right")
-    write_heading(axes, "The correction without one of its parts\n")
+    write_heading(axes, "Without one part of the correction\n")
     axes.legend(fontsize=9, frameon=False, ncols=3, loc="lower right", labelcolor=INK, bbox_to_anchor=(1.0, 1.0))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from mapping.grid.occupancy_grid import OccupancyGrid
-from reproductions.chen2021.missions import HALL_AREA, MapPair
+from reproductions.chen2021.missions import HALL_AREA, MapPair, hole_share
 
 TOUCHING = np.ones((3, 3), dtype=bool)
 """Cells that touch by a corner belong to one piece of wall."""
@@ -44,7 +44,7 @@ class Descriptors:
             of_second=of_second,
             of_first=of_first,
             known=(_known(grids[0]), _known(grids[1])),
-            holes=(_holes(grids[0]), _holes(grids[1])),
+            holes=(hole_share(grids[0].known), hole_share(grids[1].known)),
             pieces=(_pieces(grids[0]), _pieces(grids[1])),
             thickness=(_thickness(grids[0]), _thickness(grids[1])),
         )
@@ -52,11 +52,6 @@ class Descriptors:
 
 def _known(grid: OccupancyGrid) -> float:
     return float(np.count_nonzero(grid.known) * grid.frame.resolution**2 / HALL_AREA)
-
-
-def _holes(grid: OccupancyGrid) -> float:
-    inside = ndimage.binary_fill_holes(grid.known)
-    return float((inside & ~grid.known).sum() / max(1, int(inside.sum())))
 
 
 def _pieces(grid: OccupancyGrid) -> int:

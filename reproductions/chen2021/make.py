@@ -21,7 +21,7 @@ from reproductions.chen2021.missions import Hall, floor_maps
 from reproductions.chen2021.team import floor_answers, floor_pairs
 
 SPEC_FILE = "thesis.json"
-SPEC_TEXT = '{"schema": "mapquilt-thesis/4"}\n'
+SPEC_TEXT = '{"schema": "mapquilt-thesis/5"}\n'
 MOST_SEEDS = 1000
 
 

@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from mapping.geometry.se2 import SE2, wrap_angle
 from mapping.geometry.similarity2 import Similarity2
@@ -41,7 +42,7 @@ RATE = 2.5
 """Scan rate [Hz]: at 0.6 m/s, one scan every 0.24 m."""
 
 HALL_DURATION, PATROL_DURATION, FLOOR_DURATION = 120.0, 95.0, 250.0
-PATHS = 3
+PATHS = 6
 """Missions from each start: one explores, the others patrol between random goals."""
 START_JITTER = 0.3
 """Greatest random shift of a start in the hall in x and y [m]."""
@@ -97,6 +98,7 @@ class Path:
         self.truth, self._frame, self._seed, self._robot = truth, frame, seed, robot
         self.ends = np.arange(STEP, len(truth.scans) + 1, STEP)
         self._seen: dict[float, NDArray[np.int64]] = {}
+        self._holes: dict[float, NDArray[np.float64]] = {}
         self._drawn: dict[tuple[int, Condition], DrawnMap] = {}
 
     def seen(self, clear_range: float) -> NDArray[np.int64]:
@@ -108,12 +110,25 @@ class Path:
             self._seen[clear_range] = index
         return self._seen[clear_range]
 
+    def holes(self, clear_range: float) -> NDArray[np.float64]:
+        """Return the unknown share inside the outline of what was seen by each of ``ends``."""
+        if clear_range not in self._holes:
+            seen = self.seen(clear_range).reshape(self._frame.shape)
+            self._holes[clear_range] = np.array([hole_share(seen <= end) for end in range(len(self.ends))])
+        return self._holes[clear_range]
+
     def drawn(self, scans: int, condition: Condition) -> DrawnMap:
         """Map the first scans, with noise in the lidar alone, as a condition says of the second map."""
         making = replace(condition, overlap=None, start=0)
         if (scans, making) not in self._drawn:
             self._drawn[scans, making] = _drawn(self.truth.part(0, scans), making, self._seed, self._robot)
         return self._drawn[scans, making]
+
+
+def hole_share(known: NDArray[np.bool_]) -> float:
+    """Return the unknown cells that known ones enclose as a share of all cells inside the outline."""
+    inside = int(ndimage.binary_fill_holes(known).sum())
+    return (inside - int(known.sum())) / max(1, inside)
 
 
 Cuts = list[tuple[Path, int]]
@@ -192,6 +207,8 @@ class Hall:
             areas = Areas.of(first, second, condition.clear_range)
             known = np.abs(areas.first * self._frame.resolution**2 / HALL_AREA - wanted.known)
             error = areas.error(wanted) + KNOWN_WEIGHT * known
+            if wanted.holes is not None:
+                error += np.abs(second.holes(condition.clear_range) - wanted.holes)
             if error.min() < best:
                 best, ends = error.min(), np.unravel_index(int(error.argmin()), error.shape)
                 chosen = [(first, int(first.ends[ends[0]])), (second, int(second.ends[ends[1]]))]

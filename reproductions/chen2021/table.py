@@ -107,7 +107,7 @@ def cases_table(counted: Tallies) -> str:
 
 
 def full_table(counted: Tallies) -> str:
-    rows = [(case.name, *_shares(counted, case.name + FULL)) for case in HALL_CASES]
+    rows = [(case.name, *(share(counted[case.name + FULL, method]) for method in COMPARED)) for case in HALL_CASES]
     return _table(("case", *(f"{method} %" for method in COMPARED)), rows)
 
 
@@ -188,10 +188,6 @@ def share(one: Tally) -> str:
 
 def number(value: float | None, digits: int = 3) -> str:
     return MISSING if value is None else f"{value:.{digits}f}"
-
-
-def _shares(counted: Tallies, trial: str) -> list[str]:
-    return [share(counted[trial, method]) for method in COMPARED]
 
 
 def _plain(counted: Tallies, trial: str) -> list[str]:

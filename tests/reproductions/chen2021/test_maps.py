@@ -21,7 +21,7 @@ from reproductions.chen2021 import missions
 from reproductions.chen2021.answers import Answer, acceptance_index, acceptance_index_of_greys, evaluated
 from reproductions.chen2021.cases import HALL_CASES, LEVELS, SETS, Condition, Overlap, trials
 from reproductions.chen2021.descriptors import Descriptors
-from reproductions.chen2021.missions import Areas, DrawnMap, Hall, MapPair
+from reproductions.chen2021.missions import Areas, DrawnMap, Hall, MapPair, hole_share
 from reproductions.chen2021.tally import tallies, wilson
 from worlds.raster import true_raster
 
@@ -43,7 +43,7 @@ def test_no_two_trials_are_alike_and_cases_overlap_as_in_the_thesis():
         {trial.condition for trial in found if "full" not in trial.name}
     ) + len(HALL_CASES)
     assert len({trial.name for trial in found}) == len(found)
-    assert {trial.name: trial.condition.overlap for trial in found}["set 1"] == Overlap(0.70, 0.44)
+    assert {trial.name: trial.condition.overlap for trial in found}["set 1"] == Overlap(0.70, 0.44, holes=0.19)
 
 
 def test_a_factor_changes_one_property():
@@ -80,6 +80,25 @@ def test_maps_overlap_as_those_of_the_thesis():
         of_second, of_first = hall.pair(case.condition).overlap
         assert of_second == pytest.approx(case.overlap.of_second, abs=0.06), case.name
         assert of_first == pytest.approx(case.overlap.of_first, abs=0.06), case.name
+
+
+def test_holes_are_what_known_cells_enclose():
+    known = np.zeros((6, 8), dtype=bool)
+    known[1:5, 1:6] = True
+    assert hole_share(known) == 0.0
+    known[2:4, 3] = False
+    assert hole_share(known) == pytest.approx(2 / 20)
+    known[4, 3] = False  # now it is a bay, open to the outside
+    assert hole_share(known) == 0.0
+    assert hole_share(np.zeros((3, 3), dtype=bool)) == 0.0
+
+
+def test_holes_at_the_end_of_a_path_are_those_of_its_footprint(hall):
+    path = hall._paths[4][1]
+    frame = true_raster(hall.world).frame
+    for end in (0, len(path.ends) - 1):
+        seen = observed(path.truth.part(0, path.ends[end]), frame, 0.0)
+        assert path.holes(0.0)[end] == pytest.approx(hole_share(seen))
 
 
 def test_set_1_differs_by_245_degrees_and_the_others_by_188(hall):
