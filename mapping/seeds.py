@@ -38,6 +38,7 @@ class Role(IntEnum):
     WHEEL_SLIP = 25
     SCAN_DELAY = 26
     PARTICLE_FILTER = 27
+    DRAFTING = 28
 
 
 def check_seed(seed: int) -> None:

@@ -9,6 +9,7 @@ import typer
 import yaml
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.io.picture import Picture, picture_bytes
 from mapping.seeds import Role, stream
 from mapping.wording import counted
 from mapquilt.cli.application import new_app
@@ -20,6 +21,8 @@ from mapquilt.runs.open_world import YAMLS, open_world
 from mapquilt.viz.text_table import plain_table
 from mapquilt.viz.world_picture import sheet_picture, world_picture
 from sim.mission.starts import random_starts
+from worlds.drafting.drafting import draft_plan
+from worlds.drafting.style import STYLES
 from worlds.families.registry import FAMILIES
 from worlds.importing.plan_file import PlanOptions
 from worlds.world_file import world_to_json
@@ -98,6 +101,31 @@ def make(
     print_table(
         f"{out}: {opened.name}, {opened.size[0]:g} x {opened.size[1]:g} m, {counted(len(opened.obstacles), 'solid')}"
     )
+
+
+@worlds_app.command()
+def draft(
+    world: WorldName,
+    out: Annotated[Path, typer.Option("--out", help="PNG to write.")],
+    style: Annotated[str, typer.Option(help=f"Style of the drawing: {', '.join(STYLES)}.")] = "hollow",
+    drawing: Annotated[int, typer.Option(help="Seed of the drawing's details: scale, lines, furniture, text.")] = 0,
+    seed: Seed = SEED,
+    width: Width = None,
+    height: Height = None,
+) -> None:
+    """Draw a world as an architect draws a floor plan, to try `locate` with.
+
+    Example: mapquilt worlds draft office --seed 3 --style hatched --out plan.png
+    """
+    if out.suffix.lower() != ".png":
+        raise ValueError(f"--out {out}: must end in .png")
+    opened, notes = open_world(world, seed, width, height)
+    warn(notes)
+    plan = draft_plan(opened, style, drawing)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes_atomically(out, picture_bytes(Picture(plan.grey), "png"))
+    rows, cols = plan.grey.shape
+    print_table(f"{out}: {opened.name}, {style}, {cols} x {rows} pixels of {plan.frame.resolution:.4g} m")
 
 
 @worlds_app.command()

@@ -1,0 +1,1 @@
+"""Draw worlds as architects draw floor plans."""
