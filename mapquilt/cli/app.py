@@ -19,6 +19,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "sense": ("mapquilt.cli.verbs.sense:sense", "Map a mission again with other noise, without the simulator."),
         "map": ("mapquilt.cli.verbs.map:map_logs", "Draw the maps of real robots' logs."),
         "merge": ("mapquilt.cli.verbs.merge:merge", "Find the transforms between maps and merge them."),
+        "locate": ("mapquilt.cli.verbs.locate:locate_scan", "Find the floor plan that a map belongs to."),
         "live": ("mapquilt.cli.verbs.live:live", "Merge the maps of running robots as they grow."),
         "play": ("mapquilt.cli.verbs.play:play", "Send a run's maps, scans and tf as running robots would."),
         "align": ("mapquilt.cli.verbs.align:align", "Align maps by hand on a page in the browser."),
