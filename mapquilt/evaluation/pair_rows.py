@@ -26,6 +26,7 @@ EVIDENCE = tuple(field.name for field in dataclasses.fields(Evidence))
 OPTIONAL_EVIDENCE = (
     *("acceptance_index", "wall_inlier_ratio", "free_space_violation", "deep_free_space_violation"),
     *("matches", "inliers", "local_violation", "conflict_ratio", "conflict_cells"),
+    "alike_placements",
 )
 COLUMNS = (
     *("method", "set", "pair", "target", "source", "subset", "level", "world", "noise", "poses", "mission"),

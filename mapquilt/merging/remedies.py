@@ -26,6 +26,7 @@ ADVICE: Mapping[Reason, str] = MappingProxyType(
         Reason.LITTLE_OVERLAP: f"map more ground that both robots see, or say where a map lies: {_PRIOR}",
         Reason.FREE_SPACE_VIOLATION: "check that the maps show one place at one time, without drift",
         Reason.AMBIGUOUS: f"look at the two placements, and say where a map lies: {_PRIOR}",
+        Reason.SYMMETRIC: f"say where a map lies: {_PRIOR}; or map what tells the two ends apart",
         Reason.IMPRECISE: "map more ground that both robots see, or accept less: --min-confidence 0.5",
         Reason.OTHER_SCALE: "--scale free, or correct `resolution` in the YAML",
         Reason.OUTSIDE_SCALES: "search other scales: --scale LO:HI",

@@ -35,6 +35,30 @@ class Hypothesis:
         return self.overlaps[0]
 
 
+def rank_proposals(
+    target: PreparedMap,
+    source: PreparedMap,
+    proposals: Sequence[Proposal],
+    scale: ScaleRange,
+    settings: AlignmentSettings = AlignmentSettings(),
+) -> list[Hypothesis]:
+    """Move proposals to the walls nearby by a few coarse steps, and return those that remain distinct, best first.
+
+    Their scores are measured on few points.
+    """
+    limits = settings.hypotheses
+    rough = [
+        Hypothesis(
+            proposal.target_from_source,
+            _measure(target, source, proposal.target_from_source, limits.ranking_points, settings),
+            proposal,
+        )
+        for proposal in track(_move_to_walls(target, source, proposals, scale, settings), "proposals")
+    ]
+    rough.sort(key=lambda hypothesis: -hypothesis.overlap.score)
+    return _deduplicate(target, source, rough, limits.same_share)
+
+
 def refine_proposals(
     target: PreparedMap,
     source: PreparedMap,
@@ -158,17 +182,7 @@ def _refine_best(
     most: int,
     settings: AlignmentSettings,
 ) -> list[Hypothesis]:
-    limits = settings.hypotheses
-    rough = [
-        Hypothesis(
-            proposal.target_from_source,
-            _measure(target, source, proposal.target_from_source, limits.ranking_points, settings),
-            proposal,
-        )
-        for proposal in track(_move_to_walls(target, source, proposals, scale, settings), "proposals")
-    ]
-    rough.sort(key=lambda hypothesis: -hypothesis.overlap.score)
-    best = _deduplicate(target, source, rough, limits.same_share)[:most]
+    best = rank_proposals(target, source, proposals, scale, settings)[:most]
     refined = [_refine_quickly(target, source, each, scale, settings) for each in track(best, "hypotheses")]
     return distinct(target, source, refined, settings)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -24,12 +25,30 @@ from merge.preparation.settings import PreparationSettings
 Method = Proposer[Any] | Published[Any]
 
 
+class Describer(Protocol):
+    """A step that describes each map once."""
+
+    def describe(self, prepared: PreparedMap) -> Any:
+        """Compute all that the step needs of one map."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class MapFeatures:
-    """A prepared map, and what each proposer of the method found on it."""
+    """A prepared map, and what each proposer of the method found on it.
+
+    ``known`` holds the descriptions so far, those of later steps too.
+    """
 
     prepared: PreparedMap
     descriptions: tuple[Any, ...]
+    known: dict[Describer, Any] = field(default_factory=dict)
+
+    def describe(self, step: Describer) -> Any:
+        """Return the description of the map by a step, made when it is first asked for."""
+        if step not in self.known:
+            self.known[step] = step.describe(self.prepared)
+        return self.known[step]
 
 
 class FeatureCache:
@@ -37,28 +56,25 @@ class FeatureCache:
 
     def __init__(self, settings: PreparationSettings = PreparationSettings(), kept: int | None = None) -> None:
         self._settings, self._kept = settings, kept or settings.cached_maps
-        self._maps: OrderedDict[bytes, tuple[PreparedMap, dict[Method, Any]]] = OrderedDict()
+        self._maps: OrderedDict[bytes, MapFeatures] = OrderedDict()
 
     def prepared(self, grid: OccupancyGrid) -> PreparedMap:
         """Return the prepared map of a grid."""
-        return self._known(grid)[0]
+        return self._known(grid).prepared
 
     def features(self, grid: OccupancyGrid, methods: Sequence[Method]) -> MapFeatures:
         """Return the features of a grid for these methods."""
-        prepared, descriptions = self._known(grid)
-        for method in methods:
-            if method not in descriptions:
-                descriptions[method] = method.describe(prepared)
-        return MapFeatures(prepared, tuple(descriptions[method] for method in methods))
+        known = self._known(grid)
+        return dataclasses.replace(known, descriptions=tuple(known.describe(method) for method in methods))
 
     def clear(self) -> None:
         """Forget all maps."""
         self._maps.clear()
 
-    def _known(self, grid: OccupancyGrid) -> tuple[PreparedMap, dict[Method, Any]]:
+    def _known(self, grid: OccupancyGrid) -> MapFeatures:
         key = fingerprint(grid)
         if key not in self._maps:
-            self._maps[key] = prepare_map(grid, self._settings), {}
+            self._maps[key] = MapFeatures(prepare_map(grid, self._settings), ())
         self._maps.move_to_end(key)
         if len(self._maps) > self._kept:
             self._maps.popitem(last=False)

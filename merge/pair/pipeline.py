@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.seeds import Role, stream
 from merge.alignment.contradiction import measure_contradiction
+from merge.alignment.deduplication import rms_displacement
 from merge.alignment.hypotheses import (
     Hypothesis,
     are_distinct,
@@ -28,8 +30,9 @@ from merge.alignment.hypotheses import (
 from merge.alignment.settings import AlignmentSettings
 from merge.methods import Proposer
 from merge.pair.feature_cache import FeatureCache, MapFeatures, metres_from_prepared
+from merge.pair.symmetry import HalfTurns, other_placement
 from merge.pair.task import CanonicalOrder, PairTask, to_result
-from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
 from merge.proposers.second_best import second_best_proposals
 from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative, PairAnswer
@@ -50,11 +53,16 @@ def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
     """
     features = task.features(cache)
     answer = _answer(*features, task.in_cells(task.scale, features), task.settings, task.seed)
-    if answer.verdict.accepted or task.settings.as_published or answer.score == 0.0:
+    if _fits(answer) or task.settings.as_published or answer.score == 0.0:
         return to_result(task, answer, features)
     return to_result(
         task, _at_another_scale(task, features) or _if_mirrored(task, features, answer) or answer, features
     )
+
+
+def _fits(answer: PairAnswer) -> bool:
+    """Return True if the answer is accepted, or would be in a place that is not symmetric."""
+    return answer.verdict.accepted or answer.verdict.reason is Reason.SYMMETRIC
 
 
 def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures]) -> PairAnswer | None:
@@ -63,7 +71,7 @@ def _at_another_scale(task: PairTask, features: tuple[MapFeatures, MapFeatures])
     None if they do not. Only the first proposer is asked, to save time.
     """
     answer = _quick_answer(*features, task.in_cells(ScaleRange.widest(), features), task.settings, task.seed)
-    if answer is None or not answer.verdict.accepted:
+    if answer is None or not _fits(answer):
         return None
     found = to_result(task, answer, features).target_from_source
     if found is None or abs(math.log(found.scale / task.scale.clip(found.scale))) < task.settings.pair.same_log_scale:
@@ -216,7 +224,9 @@ def merge_pair(
             answer = _best_answer(*maps, found, scale, settings)
         if answer.evidence is not None and _is_certain(answer.evidence, settings):
             break
-    return answer
+    if answer.evidence is None or not _is_certain_alone(answer.evidence, settings):
+        return answer
+    return _with_symmetry(target, source, answer, tightest_tolerance(found, settings.alignment), settings)
 
 
 def merge_pair_near(
@@ -251,6 +261,11 @@ def _is_certain(evidence: Evidence, settings: MergeSettings) -> bool:
     return evidence.score >= settings.pair.sure_score and margin(evidence) >= settings.acceptance.margin_cap
 
 
+def _is_certain_alone(evidence: Evidence, settings: MergeSettings) -> bool:
+    """Return True if the answer would be accepted without a second best."""
+    return decide(dataclasses.replace(evidence, second_best_score=0.0), settings.acceptance).accepted
+
+
 def _with_second_best(
     target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis], scale: ScaleRange, settings: MergeSettings
 ) -> list[Hypothesis]:
@@ -279,6 +294,46 @@ def _best_answer(
     evidence = _evidence(target, source, best, level, second_best, uncertain.precision_probability, alignment)
     verdict = decide(evidence, settings.acceptance)
     return PairAnswer(answer, evidence, verdict, uncertain, tuple(others[: settings.pair.alternatives]))
+
+
+def _with_symmetry(
+    target: MapFeatures, source: MapFeatures, answer: PairAnswer, level: int, settings: MergeSettings
+) -> PairAnswer:
+    """Share the confidence of an answer with the placement that a symmetry of the place makes alike.
+
+    An answer that a second best refuses is left as it is if that is another placement: the symmetry is not the reason.
+    """
+    found, evidence, alignment = answer.target_from_source, answer.evidence, settings.alignment
+    if found is None or evidence is None:
+        return answer
+    maps, half_turns = (target.prepared, source.prepared), HalfTurns(settings.pair.symmetry, alignment)
+    turns = [*target.describe(half_turns), *(found @ turn @ found.inverse() for turn in source.describe(half_turns))]
+    place = other_placement(maps, turns, found, level, settings.pair.symmetry, alignment)
+    near, elsewhere = _split_by(place, answer.alternatives, maps, alignment)
+    if not answer.verdict.accepted and near[:1] != answer.alternatives[:1]:
+        return answer
+    evidence = dataclasses.replace(evidence, alike_placements=1 if place is None else 2)
+    answer = dataclasses.replace(answer, evidence=evidence, verdict=decide(evidence, settings.acceptance))
+    if place is not None and not near:
+        fixed = ScaleRange(found.scale, found.scale)
+        (other,) = refine_proposals(*maps, [Proposal(place)], fixed, alignment)
+        near = (Alternative(other.target_from_source, other.overlaps[level].score),)
+    return dataclasses.replace(answer, alternatives=(*near, *elsewhere)[: settings.pair.alternatives])
+
+
+def _split_by(
+    place: Similarity2 | None,
+    alternatives: Sequence[Alternative],
+    maps: tuple[PreparedMap, PreparedMap],
+    settings: AlignmentSettings,
+) -> tuple[tuple[Alternative, ...], tuple[Alternative, ...]]:
+    """Return the alternatives near a place, and the others."""
+    if place is None:
+        return (), tuple(alternatives)
+    nearest = settings.hypotheses.distinct_share * smaller_diagonal(*maps, place.scale)
+    shifts = rms_displacement(maps[1], [place, *(each.target_from_source for each in alternatives)])[0, 1:]
+    near = [bool(shift <= nearest) for shift in shifts]
+    return tuple(compress(alternatives, near)), tuple(compress(alternatives, [not each for each in near]))
 
 
 def _evidence(

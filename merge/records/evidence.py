@@ -29,7 +29,9 @@ class Evidence:
     - ``conflict_ratio``: share of them in long connected pieces; ``conflict_cells``: their number, in cells of the
       coarser map. The three are None in records of older versions;
     - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
-    - ``votes``: number of proposals that converged to this answer.
+    - ``votes``: number of proposals that converged to this answer;
+    - ``alike_placements``: number of placements that fit alike because the place is symmetric, this one among them; 1
+      if it is not, None if nobody asked, as for answers that are refused anyway.
     """
 
     acceptance_index: float | None
@@ -50,3 +52,4 @@ class Evidence:
     local_violation: float | None = None
     conflict_ratio: float | None = None
     conflict_cells: float | None = None
+    alike_placements: int | None = None

@@ -85,7 +85,7 @@ class PairAnswer:
     """The best hypothesis, cells to cells, with its evidence and the verdict.
 
     Transform and evidence are None if nothing was proposed, evidence and uncertainty also for a method as published.
-    ``alternatives`` are the transforms elsewhere, best first.
+    ``alternatives`` are the transforms elsewhere: that which a symmetry of the place makes alike, then the best first.
     """
 
     target_from_source: Similarity2 | None

@@ -15,6 +15,7 @@ class Reason(Enum):
     LITTLE_OVERLAP = "little_overlap"
     FREE_SPACE_VIOLATION = "free_space_violation"
     AMBIGUOUS = "ambiguous"
+    SYMMETRIC = "symmetric"
     IMPRECISE = "imprecise"
     OTHER_SCALE = "other_scale"
     OUTSIDE_SCALES = "outside_scales"
@@ -37,6 +38,7 @@ _TEXTS = {
     Reason.LITTLE_OVERLAP: "too little overlap",
     Reason.FREE_SPACE_VIOLATION: "walls contradict free space",
     Reason.AMBIGUOUS: "two answers equally good",
+    Reason.SYMMETRIC: "this place looks the same turned by 180 degrees: give a prior",
     Reason.IMPRECISE: "the place is found, but too little structure in common to tell it exactly",
     Reason.OTHER_SCALE: "fits only at another scale than the maps state",
     Reason.OUTSIDE_SCALES: "fits only at a scale outside of the searched range",

@@ -13,8 +13,9 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
     """Accept an answer that is certain enough and meets all minima.
 
     The confidence is the probability that the place is right times that of sufficient precision; it rises with every
-    piece of evidence. A refusal names the largest deficit: a second best answer, if without it the answer would be
-    worth more; else contradiction or overlap; or that more confidence was asked than the default, which is met.
+    piece of evidence. Placements that a symmetry makes alike share it. A refusal names the largest deficit: a second
+    best answer, if without it the answer would be worth more; else contradiction or overlap; or the symmetry; or that
+    more confidence was asked than the default, which is met.
     """
     odds, reason = _log_odds(evidence, settings), _lacking(evidence, settings)
     for missing, value, needed in requirements(evidence, settings):
@@ -22,9 +23,12 @@ def decide(evidence: Evidence, settings: AcceptanceSettings = AcceptanceSettings
             odds, reason = min(odds, value / needed - 1.0 - settings.missing_log_odds), missing
             break
     place = float(expit(odds))
-    confidence = place * evidence.precision_probability
+    alone = place * evidence.precision_probability
+    confidence = alone / (evidence.alike_placements or 1)
     if place >= settings.min_confidence:
-        reason = Reason.IMPRECISE
+        reason = Reason.IMPRECISE if alone < settings.min_confidence else Reason.SYMMETRIC
+    elif reason is Reason.AMBIGUOUS and (evidence.alike_placements or 1) > 1:
+        reason = Reason.SYMMETRIC
     if confidence >= settings.min_confidence:
         return Verdict(True, confidence, None)
     if confidence >= AcceptanceSettings.min_confidence:

@@ -99,6 +99,17 @@ def test_contradiction_weighs_the_same_however_little_overlaps():
     assert confidence(0.1) > confidence(0.1, 0.01) > 0.6 > confidence(0.1, 0.05) > confidence(0.2, 0.2)
 
 
+def test_alike_placements_share_the_confidence():
+    alone, shared = decide(GOOD), decide(dataclasses.replace(GOOD, alike_placements=2))
+    assert shared.confidence == alone.confidence / 2.0
+    assert (shared.accepted, shared.reason) == (False, Reason.SYMMETRIC)
+    assert decide(dataclasses.replace(GOOD, alike_placements=1)) == alone
+    near = dataclasses.replace(GOOD, second_best_score=0.7)
+    assert decide(dataclasses.replace(near, alike_placements=2)).reason is Reason.SYMMETRIC
+    elsewhere = dataclasses.replace(GOOD, alike_placements=2, local_violation=0.15, conflict_ratio=0.08)
+    assert decide(elsewhere).reason is Reason.FREE_SPACE_VIOLATION
+
+
 def test_no_inlier_length_is_refused_without_a_crash():
     nothing = dataclasses.replace(GOOD, inlier_length_cells=0.0, score=0.0, second_best_score=0.0, normal_isotropy=0.0)
     assert decide(nothing).reason == Reason.LITTLE_STRUCTURE
