@@ -19,7 +19,8 @@ from mapping.map_set import MapSet
 from mapquilt.align.arrangement import Placement
 from mapquilt.align.workspace import AlignTask, Workspace
 from mapquilt.benchmark.pair import BenchmarkPair
-from mapquilt.benchmark.pair_sets import dataset_pairs, read_pair_list
+from mapquilt.benchmark.pair_list import read_pair_list
+from mapquilt.benchmark.pair_sets import dataset_pairs
 from mapquilt.evaluation.transform_error import RIGHT, RIGHT_PLACE, transform_error
 from mapquilt.merging.merge_inputs import MergeInputs
 from merge.settings import MergeSettings

@@ -39,6 +39,7 @@ class Role(IntEnum):
     SCAN_DELAY = 26
     PARTICLE_FILTER = 27
     DRAFTING = 28
+    DISTURBANCE = 29
 
 
 def check_seed(seed: int) -> None:

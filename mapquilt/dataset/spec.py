@@ -26,7 +26,7 @@ from worlds.importing.plan_file import PlanOptions
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap", "poses")
+READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap", "poses", "mixture")
 """Names of the built-in specifications."""
 
 LICENCE = "CC-BY-4.0"

@@ -27,7 +27,7 @@ from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
 from mapquilt.benchmark.files import load_answers, write_folder
-from mapquilt.benchmark.pair_sets import read_pair_list
+from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.trials import TASKS_FILE, run_benchmark
 from mapquilt.dataset.carried_plans import carry_plans

@@ -13,7 +13,8 @@ from mapping.seeds import Role, stream
 from mapping.wording import counted
 from mapquilt.benchmark.files import SUMMARY_FILE, TABLE_FILE, write_folder
 from mapquilt.benchmark.pair import BenchmarkPair
-from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample, read_pair_list
+from mapquilt.benchmark.pair_list import read_pair_list
+from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.table import calibration_table, terminal_table
 from mapquilt.benchmark.trials import TASKS_FILE, chosen_methods, run_benchmark, unfinished_folder

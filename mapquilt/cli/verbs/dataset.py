@@ -8,7 +8,13 @@ from typing import Annotated
 import typer
 
 from mapping.io.atomic import write_bytes_atomically
+from mapping.seeds import Role, stream
 from mapping.wording import counted, duration
+from mapquilt.benchmark.disturbance.folder import refuse_foreign_pairs, require_kinds, useful_pairs, write_disturbed
+from mapquilt.benchmark.disturbance.kinds import KINDS
+from mapquilt.benchmark.pair_list import PAIRS_FILE
+from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
+from mapquilt.benchmark.world_split import with_worlds
 from mapquilt.cli.application import new_app
 from mapquilt.cli.exit_status import NOT_REACHED, Termination
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
@@ -26,6 +32,7 @@ from mapquilt.dataset.verify import verify_dataset
 from mapquilt.jobs.journal import recover_folders
 from mapquilt.jobs.progress import count_progress, dataset_progress
 from mapquilt.jobs.runner import Runner
+from mapquilt.runs.folder import spare_inputs
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.text_table import plain_table
 
@@ -222,4 +229,43 @@ def pairs(
     manifest = read_manifest(folder)
     wanted.require_present(folder, manifest)
     print_table(pair_table(selected_pairs(manifest, wanted)))
+    return 0
+
+
+@app.command("disturb")
+def disturb(
+    folder: Folder,
+    out: Annotated[Path, typer.Option(help="Folder to write; disturbed pairs there are replaced.")],
+    kind: Annotated[
+        list[str] | None, typer.Option(help=f"{', '.join(KINDS)}. Repeatable; default: all in turn.")
+    ] = None,
+    overlap: Annotated[
+        str, typer.Option(help="Only pairs of this true overlap, LO:HI; from 0 on also pairs to be refused.")
+    ] = "0.3:1",
+    split: Annotated[str | None, typer.Option(help="Only pairs of this split.")] = None,
+    limit: Annotated[
+        int | None, typer.Option(help="Number of pairs to disturb, drawn evenly from all strata; default: all.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the sample and of the disturbances.")] = 0,
+) -> int:
+    """Disturb pairs as real maps are: warps of 1 to 3 % of the diagonal, specks, thick walls, crops, gaps, furniture.
+
+    Each pair with one right answer is disturbed once, in its source; its truth follows. Writes maps, overview.png, and
+    pairs.json for mapquilt benchmark --pairs and mapquilt calibrate --pairs.
+
+    Example: mapquilt dataset disturb data --kind warp-2 --kind gaps --out disturbed
+    """
+    kinds = tuple(dict.fromkeys(kind or KINDS))
+    require_kinds(kinds)
+    wanted = PairFilter.parse(split, None, overlap, None, None)
+    spare_inputs(out, [folder])
+    refuse_foreign_pairs(out)
+    chosen = useful_pairs(with_worlds(dataset_pairs(folder, split)), wanted.low, wanted.high)
+    if not chosen:
+        raise ValueError(f"{folder}: has no pair with overlap {overlap}, one right answer and a fitted truth")
+    if limit is not None:
+        chosen = even_sample(chosen, limit, stream(seed, Role.BENCHMARK_SAMPLE))
+    with count_progress("pairs") as on_progress:
+        counts = write_disturbed(chosen, kinds, out, seed, on_progress)
+    print_table(f"{out / PAIRS_FILE}: " + ", ".join(f"{number} {name}" for name, number in counts.items()))
     return 0

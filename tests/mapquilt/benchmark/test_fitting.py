@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mapquilt.benchmark.fitting import decide_again, fit_acceptance
+from mapquilt.benchmark.held_out import hold_out_each
 from mapquilt.cli.app import run
 from mapquilt.cli.verbs import calibrate as verb
 from mapquilt.cli.verbs.calibrate import acceptance_record
@@ -108,7 +109,7 @@ def test_a_new_decision_changes_nothing_else():
 def test_the_record_fits_its_schema_and_holds_the_constants(tmp_path):
     trials = drawn(200)
     fitted = fit_acceptance(trials)
-    write_record(tmp_path / "c.json", "calibration", acceptance_record(fitted, calibration(trials)))
+    write_record(tmp_path / "c.json", "calibration", acceptance_record(fitted, calibration(trials), []))
     read = read_record(tmp_path / "c.json", "calibration")
     assert AcceptanceSettings(**read["acceptance"]) == fitted
     assert read["check"]["pairs"] == 200
@@ -116,7 +117,7 @@ def test_the_record_fits_its_schema_and_holds_the_constants(tmp_path):
 
 def test_the_schema_allows_every_constant_that_the_settings_allow(tmp_path):
     trials = drawn(200)
-    record = acceptance_record(TRUE, calibration(trials))
+    record = acceptance_record(TRUE, calibration(trials), [])
     for threshold in (AcceptanceSettings().threshold, -3.0):
         record["acceptance"] = dataclasses.asdict(dataclasses.replace(AcceptanceSettings(), threshold=threshold))
         write_record(tmp_path / "c.json", "calibration", record)
@@ -131,8 +132,9 @@ def test_calibrate_runs_to_its_end(tmp_path, monkeypatch, capsys):
 
     def answers(*arguments):
         arguments[-1].mkdir(parents=True)
-        return trials
+        return [] if arguments[-1].name == "hold out" else trials
 
+    monkeypatch.setattr(verb, "dataset_pairs", lambda *arguments: [])
     monkeypatch.setattr(verb, "_answers", answers)
     assert run(["calibrate", "--dataset", str(tmp_path), "--out", str(tmp_path / "out"), "--check", "all"]) == 0
     record = read_record(tmp_path / "out/calibration.json", "calibration")
@@ -143,6 +145,7 @@ def test_calibrate_runs_to_its_end(tmp_path, monkeypatch, capsys):
         "calibration.json",
         "reliability.png",
     }
+    assert [one["name"] for one in record["held_out"]] == ["made"]
     assert "400 pairs of the check" in capsys.readouterr().out
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
@@ -152,6 +155,7 @@ def test_calibrate_runs_to_its_end(tmp_path, monkeypatch, capsys):
     [
         (("--split", "train", "--check", "train"), "--check train"),
         (("--check-dataset", "{tmp}"), "--check-dataset {tmp}"),
+        (("--pairs", "{tmp}/pairs.json", "--check", "test"), "--check test: with --pairs"),
     ],
 )
 def test_checking_on_the_fitted_split_is_refused(tmp_path, capsys, options, named):
@@ -159,3 +163,45 @@ def test_checking_on_the_fitted_split_is_refused(tmp_path, capsys, options, name
     assert run([*arguments, *(word.format(tmp=tmp_path) for word in options)]) == 2
     assert named.format(tmp=tmp_path) in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_each_world_is_decided_by_a_fit_on_the_others():
+    """The oracle fits once without the cave, by hand."""
+    pairs = [*shown(drawn(300), "office"), *shown(drawn(300, seed=1), "cave"), *shown(drawn(300, seed=2), "maze")]
+    rows = {row.name: row for row in hold_out_each(pairs, pairs)}
+    others = [one for one in pairs if one.pair.world != "cave"]
+    expected = calibration(decide_again(pairs[300:600], fit_acceptance(others)))
+    assert set(rows) == {"office", "cave", "maze"}
+    assert (rows["cave"].pairs, rows["cave"].ece, rows["cave"].auc) == (300, expected.ece, expected.auc)
+
+
+def test_the_worst_comes_first():
+    """In the maze the answers are right whatever the evidence says."""
+    lucky = [dataclasses.replace(one, error=GOOD, right=True) for one in drawn(200, seed=3, local_violation=0.04)]
+    pairs = [*shown(drawn(300), "office"), *shown(drawn(300, seed=1), "cave"), *shown(lucky, "maze")]
+    rows = hold_out_each(pairs, pairs)
+    assert rows[0].name == "maze"
+    assert [row.ece for row in rows] == sorted((row.ece for row in rows), reverse=True)
+
+
+def test_a_pair_of_two_worlds_is_in_no_fit_without_either():
+    mixed = shown(drawn(50, seed=1), "cave+office")
+    pairs = [*shown(drawn(300), "office"), *shown(drawn(300, seed=2), "maze"), *mixed]
+    rows = {row.name: row for row in hold_out_each(pairs, pairs)}
+    assert (rows["office"].pairs, rows["cave"].pairs, rows["maze"].pairs) == (350, 50, 300)
+
+
+def test_the_only_world_cannot_be_held_out():
+    (row,) = hold_out_each(drawn(300), drawn(300))
+    assert (row.pairs, row.ece, row.auc, row.accepted) == (300, None, None, None)
+
+
+def test_a_distorted_pair_counts_as_right_at_the_right_place():
+    inexact = TransformError(4.0, 5.0, 0.6, 12.0, 0.03)
+    pairs = [*shown(drawn(300), "office"), *shown(drawn(300, seed=1), "cave")]
+    loose = [dataclasses.replace(t, error=inexact, right=False, distorted=True) if t.right else t for t in pairs]
+    assert hold_out_each(loose, loose) == hold_out_each(pairs, pairs)
+
+
+def shown(pairs: list[EvaluatedPair], world: str) -> list[EvaluatedPair]:
+    return [dataclasses.replace(one, pair=dataclasses.replace(one.pair, world=world)) for one in pairs]

@@ -6,7 +6,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from mapquilt.benchmark.pair_sets import even_sample, read_pair_list
+from mapquilt.benchmark.pair_list import read_pair_list
+from mapquilt.benchmark.pair_sets import even_sample
 from tests.mapquilt.evaluation.examples import benchmark_pair
 from tests.merge.literature.crisp import crisp_pair
 

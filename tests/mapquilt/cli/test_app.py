@@ -300,6 +300,8 @@ def test_a_folder_that_holds_an_input_is_never_replaced(capsys, fresh_run, tmp_p
         (("map", log, "--odometry", fresh_run / "o.tum", "--out", fresh_run), log),
         (("benchmark", "--pairs", fresh_run / "pairs.json", "--out", fresh_run), fresh_run / "pairs.json"),
         (("calibrate", "--dataset", fresh_run / "data", "--out", fresh_run), fresh_run / "data"),
+        (("calibrate", "--pairs", fresh_run / "pairs.json", "--out", fresh_run), fresh_run / "pairs.json"),
+        (("dataset", "disturb", fresh_run / "data", "--out", fresh_run), fresh_run / "data"),
     ):
         assert f"would replace the input {named}" in refused(capsys, *arguments), arguments
     assert hashes(fresh_run) == before

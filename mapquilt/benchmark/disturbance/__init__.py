@@ -1,0 +1,1 @@
+"""Pairs of a data set with what real maps have and simulated ones lack: warps, specks, thick walls, gaps, furniture."""
