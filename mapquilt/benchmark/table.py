@@ -7,7 +7,6 @@ from itertools import groupby
 
 from rich.table import Table
 
-from mapquilt.benchmark.held_out import HeldOut
 from mapquilt.benchmark.results import REFERENCE, BenchmarkResults, StratumResult, Timing
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
@@ -110,20 +109,4 @@ def calibration_table(results: BenchmarkResults) -> Table:
     table = plain_table(*((name, name != "method") for name in CALIBRATION_COLUMNS))
     for found in results.calibrations:
         table.add_row(*calibration_cells(found))
-    return table
-
-
-def held_out_table(rows: Sequence[HeldOut]) -> Table:
-    """Tabulate the calibration on worlds and subsets that the fit did not see, in the order of ``rows``."""
-    names = ("pairs", "accepted", "wrong", "ECE", "AUC")
-    table = plain_table(("held out", False), ("name", False), *((name, True) for name in names))
-    for row in rows:
-        counts = (row.accepted, row.wrong_accepts)
-        table.add_row(
-            row.group,
-            row.name,
-            str(row.pairs),
-            *(number_text(count, 0) for count in counts),
-            *(number_text(score, 3) for score in (row.ece, row.auc)),
-        )
     return table

@@ -13,10 +13,11 @@ from mapping.io.transaction import atomic_folder, finish_transaction, written_fi
 from mapping.map_set import MapSet
 from mapping.seeds import Role, stream
 from mapping.wording import did_you_mean
+from mapquilt.benchmark.disturbance.footprints import TrueFootprints, with_footprints
 from mapquilt.benchmark.disturbance.kinds import KINDS
 from mapquilt.benchmark.disturbance.overview import overview_png
 from mapquilt.benchmark.disturbance.settings import DisturbanceSettings
-from mapquilt.benchmark.disturbance.truth import disturbed_truth
+from mapquilt.benchmark.disturbance.truth import refitted_truth
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_list import PAIRS_FILE, pair_entry
 from mapquilt.evaluation.evaluated_pair import GroundTruth
@@ -71,7 +72,7 @@ def useful_pairs(pairs: Sequence[BenchmarkPair], low: float, high: float) -> lis
 
 
 def disturb_pair(kind: str, pair: BenchmarkPair, seed: int, index: int = 0) -> DisturbedPair:
-    """Disturb the source of a pair with the random numbers of its seed and index.
+    """Disturb the source of a data set's pair with the random numbers of its seed and index.
 
     Raises ``ValueError`` or ``OSError`` naming a bad map file.
     """
@@ -80,7 +81,9 @@ def disturb_pair(kind: str, pair: BenchmarkPair, seed: int, index: int = 0) -> D
     true, scale = truth.target_from_source, truth.target_scale
     settings = DisturbanceSettings().stated_at(scale if true is None else scale * true.scale)
     done = KINDS[kind](source, settings, stream(seed, Role.DISTURBANCE, index))
-    now = disturbed_truth(truth, target, done)
+    now = refitted_truth(truth, target, done)
+    if true is not None and done.moved is None:
+        now = with_footprints(now, TrueFootprints.of(pair).after(done))
     moved = Similarity2.identity()
     if true is not None and now.target_from_source is not None:
         moved = true.inverse() @ now.target_from_source

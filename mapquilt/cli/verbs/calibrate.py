@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.table import Table
 
 from mapping.io.transaction import atomic_folder
 from mapping.seeds import Role, stream
@@ -18,7 +19,6 @@ from mapquilt.benchmark.held_out import HeldOut, hold_out_each
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
-from mapquilt.benchmark.table import held_out_table
 from mapquilt.benchmark.trials import TASKS_FILE, run_benchmark, unfinished_folder
 from mapquilt.benchmark.world_split import WorldSplit, split_by_world
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
@@ -33,6 +33,7 @@ from mapquilt.json_file import write_record
 from mapquilt.runs.folder import refuse_foreign, spare_inputs
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.reliability import reliability_figure
+from mapquilt.viz.text_table import plain_table
 from merge.settings import MergeSettings
 from merge.verification.settings import AcceptanceSettings
 
@@ -158,3 +159,19 @@ def acceptance_record(fitted: AcceptanceSettings, checked: Calibration, held_out
         "check": calibration_record(checked),
         "held_out": [dataclasses.asdict(one) for one in held_out],
     }
+
+
+def held_out_table(rows: Sequence[HeldOut]) -> Table:
+    """Tabulate the calibration on worlds and subsets that the fit did not see, in the order of ``rows``."""
+    names = ("pairs", "accepted", "wrong", "ECE", "AUC")
+    table = plain_table(("held out", False), ("name", False), *((name, True) for name in names))
+    for row in rows:
+        counts = (row.accepted, row.wrong_accepts)
+        table.add_row(
+            row.group,
+            row.name,
+            str(row.pairs),
+            *(number_text(count, 0) for count in counts),
+            *(number_text(score, 3) for score in (row.ece, row.auc)),
+        )
+    return table

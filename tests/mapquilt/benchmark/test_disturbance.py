@@ -1,7 +1,6 @@
 """Disturbances of maps, and the truth after them."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +10,10 @@ from hypothesis import strategies as st
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapquilt.benchmark.disturbance.footprints import TrueFootprints, with_footprints
 from mapquilt.benchmark.disturbance.kinds import KINDS, DisturbedMap, warp
 from mapquilt.benchmark.disturbance.settings import DisturbanceSettings
-from mapquilt.benchmark.disturbance.truth import disturbed_truth
+from mapquilt.benchmark.disturbance.truth import refitted_truth
 from mapquilt.benchmark.disturbance.warp import moved_by, smooth_field, warp_field, without_similarity
 from mapquilt.evaluation.evaluated_pair import GroundTruth
 from tests.merge.literature.crisp import YAW, crisp_pair
@@ -43,7 +43,7 @@ def test_a_warp_of_nothing_moves_nothing(seed):
     assert np.count_nonzero(done.grid.known) == len(cells)
     points = SOURCE.frame.metres_from_cells(cells)
     assert np.array_equal(values_at(done.grid, points), values_at(SOURCE, points))
-    found = disturbed_truth(known(), TARGET, done)
+    found = refitted_truth(known(), TARGET, done)
     assert np.allclose(found.target_from_source.matrix(), TRUTH.matrix(), atol=1e-9)
     assert found.residual_m < 1e-9
 
@@ -78,7 +78,7 @@ def test_the_truth_of_a_rigidly_moved_map_is_that_motion(turn, right, up):
     rows, cols = np.indices(wide.frame.shape)
     c, s = math.cos(turn), math.sin(turn)
     field = np.stack((c * cols - s * rows + right - cols, s * cols + c * rows + up - rows), axis=-1).astype(np.float32)
-    found = disturbed_truth(known(), TARGET, DisturbedMap(moved_by(wide, field), wide, field))
+    found = refitted_truth(known(), TARGET, DisturbedMap(moved_by(wide, field), wide, field))
     corners = np.argwhere(SOURCE.occupied)[::50]
     cells = np.argwhere(wide.occupied)[::50]
     moved = wide.frame.metres_from_cells(cells + field[cells[:, 0], cells[:, 1]][:, ::-1])
@@ -93,11 +93,11 @@ def test_the_truth_of_a_rigidly_moved_map_is_that_motion(turn, right, up):
 @given(SEEDS)
 def test_the_residual_of_a_warp_is_in_metres_of_the_world(seed):
     done = warp(0.02)(SOURCE, SETTINGS, np.random.default_rng(seed))
-    once, thrice = (disturbed_truth(known(target_scale=scale), TARGET, done) for scale in (1.0, 3.0))
+    once, thrice = (refitted_truth(known(target_scale=scale), TARGET, done) for scale in (1.0, 3.0))
     largest = 0.03 * SOURCE.known_diagonal * TRUTH.scale
     assert 0.0 < once.residual_m < largest
     assert thrice.residual_m == pytest.approx(3.0 * once.residual_m)
-    before = disturbed_truth(known(residual_m=0.5), TARGET, done)
+    before = refitted_truth(known(residual_m=0.5), TARGET, done)
     assert before.residual_m == pytest.approx(math.hypot(0.5, once.residual_m))
 
 
@@ -106,7 +106,7 @@ def test_the_residual_of_a_warp_is_in_metres_of_the_world(seed):
 def test_cells_that_stay_keep_their_frame_and_their_truth(seed, kind):
     done = KINDS[kind](SOURCE, SETTINGS, np.random.default_rng(seed))
     assert done.grid.frame == SOURCE.frame
-    assert disturbed_truth(known(), TARGET, done).target_from_source in (TRUTH, None)
+    assert refitted_truth(known(), TARGET, done) == known()
 
 
 def test_what_each_kind_changes():
@@ -128,26 +128,43 @@ def without(grid, lost):
     return OccupancyGrid(grid.frame, np.where(lost, 0.0, grid.log_odds))
 
 
+def rows_above(row):
+    return np.arange(TARGET.frame.shape[0])[:, None] > row
+
+
+def after(target, lost):
+    """The footprints of a target and of a source that lost cells, both in the frame of the target, as the world is."""
+    done = DisturbedMap(without(TARGET, lost), TARGET)
+    return TrueFootprints(target, TARGET, Similarity2.identity()).after(done)
+
+
 def test_overlap_follows_what_is_lost():
-    """Of two equal maps, all that both know stays common if half is lost: the smaller map lies in the other."""
-    middle = np.median(np.argwhere(TARGET.known)[:, 0])
-    half = without(TARGET, np.arange(TARGET.frame.shape[0])[:, None] > middle)
-    same = known(Similarity2.identity(), overlap=1.0)
-    assert disturbed_truth(same, TARGET, DisturbedMap(half, TARGET)).overlap == pytest.approx(1.0)
-    other = without(TARGET, ~(np.arange(TARGET.frame.shape[0])[:, None] > middle))
-    nothing = disturbed_truth(replace(same), half, DisturbedMap(without(TARGET, half.known), TARGET))
-    assert nothing.target_from_source is None and nothing.overlap == 0.0
-    quarter = np.median(np.argwhere(other.known)[:, 0])
-    part = without(TARGET, np.arange(TARGET.frame.shape[0])[:, None] > quarter)
-    share = (part.known & other.known).sum() / other.known.sum()
-    found = disturbed_truth(replace(same), other, DisturbedMap(part, TARGET))
-    assert found.overlap == pytest.approx(share)
+    """The oracle counts cells of maps whose transform is the identity."""
+    middle, quarter = np.quantile(np.argwhere(TARGET.known)[:, 0], (0.5, 0.25))
+    assert after(TARGET, rows_above(middle)).overlap == 1.0
+    low = without(TARGET, rows_above(middle))
+    assert after(low, rows_above(quarter)).overlap == 1.0
+    high = without(TARGET, ~rows_above(quarter))
+    kept = low.known & high.known
+    assert after(high, rows_above(middle)).overlap == kept.sum() / min(low.known.sum(), high.known.sum())
+    nothing = with_footprints(known(), after(low, low.known))
+    assert nothing.target_from_source is None and nothing.overlap == 0.0 and not nothing.identifiable
+
+
+def test_a_piece_that_fits_elsewhere_is_not_identifiable():
+    """Of the whole map a robot would know its place; of a few cells of one wall it would not."""
+    whole = with_footprints(known(), after(TARGET, np.zeros(TARGET.frame.shape, bool)))
+    assert whole.identifiable and whole.overlap == 1.0
+    row, col = np.argwhere(TARGET.occupied)[40]
+    near = np.zeros(TARGET.frame.shape, bool)
+    near[max(0, row - 6) : row + 7, max(0, col - 6) : col + 7] = True
+    assert not with_footprints(known(), after(TARGET, ~near)).identifiable
 
 
 def test_a_negative_stays_one():
     done = KINDS["warp-3"](SOURCE, SETTINGS, np.random.default_rng(0))
     negative = GroundTruth(None, overlap=0.0)
-    assert disturbed_truth(negative, TARGET, done) == negative
+    assert refitted_truth(negative, TARGET, done) == negative
 
 
 def test_lengths_are_of_the_world():

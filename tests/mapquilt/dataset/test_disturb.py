@@ -45,6 +45,7 @@ def test_three_pairs_come_back_with_all_that_is_known_of_them(made, tiny):
         if pair.info.subset == "specks":
             assert np.allclose(true.target_from_source.matrix(), old_true.target_from_source.matrix(), atol=1e-6)
             assert true.residual_m == old_true.residual_m
+            assert true.overlap == pytest.approx(old_true.overlap, abs=1e-9)  # no cell is lost
         else:
             assert true.target_from_source.scale == pytest.approx(old_true.target_from_source.scale)
             assert true.residual_m > old_true.residual_m
