@@ -65,10 +65,13 @@ OTHERS = 9
 
 @dataclass(frozen=True)
 class Row:
-    """One map against one plan: the verdict by this plan alone, and the errors if it is the plan of the map's world:
-    rotation [degrees], scale [percent], displacement as a share of the plan's diagonal. ``trial`` numbers the searches
-    among ten plans of a mission, -1 outside of them; ``rank`` is that of the plan in its search, ``named`` the verdict
-    of it. Processor time [s] of preparation and matching."""
+    """One map against one plan: the verdict by this plan alone, that of the merger, and the errors.
+
+    Errors, only for the plan of the map's world, are rotation [degrees], scale [percent] and displacement as a share of
+    the plan's diagonal. Beside them are the evidence of the match, and the cells of the plan's wall faces that the map
+    confirmed and denied. ``trial`` numbers the searches among ten plans of a mission, -1 outside of them; ``rank`` is
+    that of the plan in its search, ``named`` the verdict of it. Processor time [s] of preparation and matching.
+    """
 
     family: str
     seed: int
@@ -79,10 +82,18 @@ class Row:
     prepared: bool
     accepted: bool
     confidence: float
+    merger_accepted: bool
+    merger_confidence: float
     score: float
     second_best: float
     local_violation: float
     conflict_ratio: float
+    precision: float
+    inlier_length: float
+    normal_isotropy: float
+    overlap: float
+    confirmed: int
+    denied: int
     rotation_deg: float
     scale_percent: float
     displacement: float
@@ -197,12 +208,20 @@ def _row(scan: Scan, drawing: Drawing, trial: int, rank: int, placement: Placeme
         drawing=drawing.seed,
         trial=trial,
         prepared=placement is not None,
-        accepted=placement is not None and placement.answer.accepted,
-        confidence=0.0 if placement is None else placement.alone,
+        accepted=placement is not None and placement.verdict.reason is None,
+        confidence=0.0 if placement is None else placement.verdict.confidence,
+        merger_accepted=placement is not None and placement.answer.accepted,
+        merger_confidence=0.0 if placement is None else placement.answer.confidence,
         score=0.0 if evidence is None else evidence.score,
         second_best=0.0 if evidence is None else evidence.second_best_score,
         local_violation=np.nan if evidence is None else evidence.local_violation or 0.0,
         conflict_ratio=np.nan if evidence is None else evidence.conflict_ratio or 0.0,
+        precision=0.0 if evidence is None else evidence.precision_probability,
+        inlier_length=0.0 if evidence is None else evidence.inlier_length_cells,
+        normal_isotropy=0.0 if evidence is None else evidence.normal_isotropy,
+        overlap=0.0 if evidence is None else evidence.overlap,
+        confirmed=0 if placement is None else placement.walls.confirmed,
+        denied=0 if placement is None else placement.walls.denied,
         rotation_deg=errors[0],
         scale_percent=errors[1],
         displacement=errors[2],
@@ -210,7 +229,7 @@ def _row(scan: Scan, drawing: Drawing, trial: int, rank: int, placement: Placeme
         near=near,
         rank=rank,
         named=placement is not None and placement.reason is None,
-        reason="no walls" if placement is None else placement.answer.reason_text or "",
+        reason="no walls" if placement is None else placement.verdict.reason or "",
         prepare_s=drawing.seconds,
         match_s=seconds,
     )
@@ -247,6 +266,12 @@ def rates(rows: Sequence[Row]) -> Table:
         notes.append(f"named at the right place {named}")
         false = sum(row.accepted for row in others), sum(row.named for row in others)
         notes.append(f"other plans accepted alone {false[0]}, named {false[1]}, of {len(others)}")
+    merger = (
+        sum(row.merger_accepted and row.right for row in pairs),
+        sum(row.merger_accepted and not row.right for row in pairs),
+    )
+    if pairs:
+        notes.append(f"the merger alone accepts {merger[0]} right and {merger[1]} wrong of {len(pairs)}")
     seconds = np.median([row.prepare_s for row in rows]), np.median([row.match_s for row in rows])
     notes.append(f"median processor time: preparation {seconds[0]:.2f} s, match {seconds[1]:.2f} s")
     table.caption = "\n".join(notes)

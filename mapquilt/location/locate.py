@@ -18,7 +18,9 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.pixel_matrix import pixel_matrix
 from mapping.map_set import Unit
 from mapping.validation import require_ordered, require_valid
+from mapquilt.location.acceptance import PlanAcceptanceSettings, PlanVerdict, decide_on_plan
 from mapquilt.location.plan_picture import PlanPicture
+from mapquilt.location.wall_agreement import WallAgreement, wall_agreement
 from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import match
 from merge.pair.task import PairTask
@@ -37,6 +39,7 @@ class LocationSettings:
       are some per cent off;
     - ``extent``: least and greatest diagonal of the map, as a share of the building's, if it is not given: they bound
       the scale. A map can be larger than the plan by what beams see outside;
+    - ``acceptance``: how certain a place on a plan must be;
     - ``cells_per_wall``: thickness of a plan's walls in cells of its grid, as in a map of 5 cm cells.
     """
 
@@ -44,6 +47,7 @@ class LocationSettings:
     plan_resolution: float | None = None
     scale: ScaleRange = ScaleRange(0.9, 1.1)
     extent: tuple[float, float] = (0.35, 1.4)
+    acceptance: PlanAcceptanceSettings = field(default_factory=PlanAcceptanceSettings)
     cells_per_wall: float = 3.0
 
     def __post_init__(self) -> None:
@@ -60,8 +64,9 @@ class Placement:
     - ``plan_from_scan_pixels`` (2, 3): the same between pixels of the pictures, y down;
     - ``covariance`` (4, 4) of x, y, yaw and scale, as those of ``PairResult``;
     - ``scan_per_pixel``: metres (or cells) of the map per pixel of the plan's picture;
-    - ``confidence``: probability that this is the plan and the place right, all plans considered; ``alone`` is that by
-      this plan only, and ``answer`` the whole answer of the merger, in units of its own;
+    - ``confidence``: probability that this is the plan and the place right, all plans considered; ``verdict`` is
+      that by this plan only, and ``answer`` the whole answer of the merger, in units of its own;
+    - ``walls``: what the map says of the plan's walls;
     - ``reason`` that the plan is not named, None if it is.
     """
 
@@ -73,11 +78,9 @@ class Placement:
     scan_per_pixel: float | None
     confidence: float
     answer: PairResult
+    walls: WallAgreement
+    verdict: PlanVerdict
     reason: str | None
-
-    @property
-    def alone(self) -> float:
-        return self.answer.confidence
 
 
 def locate(
@@ -102,7 +105,7 @@ def locate(
     for plan in plans:
         on_progress(len(found), len(plans))
         found.append(_match(scan, plan, settings, seed, unit, cache))
-    odds = [placement.alone / max(1e-9, 1.0 - placement.alone) for placement in found]
+    odds = [one.verdict.confidence / max(1e-9, 1.0 - one.verdict.confidence) for one in found]
     shared = [
         dataclasses.replace(one, confidence=each / (1.0 + sum(odds))) for one, each in zip(found, odds, strict=True)
     ]
@@ -119,8 +122,8 @@ def _score(placement: Placement) -> float:
 def _reason(rank: int, ranked: Sequence[Placement], least: float) -> str | None:
     """Return why a placement is not named, None for the first if it is certain enough."""
     one = ranked[rank]
-    if not one.answer.accepted:
-        return one.answer.reason_text
+    if one.verdict.reason is not None:
+        return one.verdict.reason
     if rank == 0 and one.confidence >= least:
         return None
     other = ranked[1] if rank == 0 else ranked[0]
@@ -151,6 +154,14 @@ def _match(
         picture = GridFrame(1.0, SE2.identity(), plan.grey.shape)
         pixels = frozen_array(pixel_matrix(picture, in_pixels, scan.frame), np.float64)
         place = Similarity2(stated * place.x, stated * place.y, place.yaw, stated * place.scale)
+    walls = WallAgreement(0, 0)
+    rivals: list[WallAgreement] = []
+    if answer.target_from_source is not None:
+        walls, *rivals = (
+            wall_agreement(grid, scan, each.inverse())
+            for each in (answer.target_from_source, *(other.target_from_source for other in answer.alternatives))
+        )
+    verdict = decide_on_plan(answer, walls, rivals, settings.acceptance, settings.merge.acceptance)
     spread = np.array([stated, stated, 1.0, stated])
     covariance = None if answer.covariance is None else answer.covariance * np.outer(spread, spread)
     return Placement(
@@ -162,5 +173,7 @@ def _match(
         scan_per_pixel=scan_per_pixel,
         confidence=0.0,
         answer=answer,
+        walls=walls,
+        verdict=verdict,
         reason=None,
     )
