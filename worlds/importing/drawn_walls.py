@@ -33,8 +33,9 @@ class DrawnWallSettings:
     - ``network`` [of the drawing's diagonal]: walls that hang together reach at least so far;
     - ``least_share``: share of the length of all lines that the walls have at least; half, if all were walls of two
       lines;
-    - ``beyond_first``: the gap is at most so many times the first that gives enough walls, because inner and outer
-      walls differ in thickness but stairs and furniture are wider yet;
+    - ``least_held``: share of all lines that lie in walls; with less, the thin lines may be walls, too;
+    - ``beyond_first``: the gap is at most so many times the thickness of the first walls that are enough, because inner
+      and outer walls differ in thickness but stairs and furniture are wider yet;
     - ``beyond_line``: or so many times the width of the thin lines and a pixel, if that is more: a few solid pieces
       need no gap;
     - ``uneven`` [pixels]: the gaps of one thickness of wall differ by so much, as pixels round them;
@@ -54,7 +55,8 @@ class DrawnWallSettings:
     finer: float = 1.22
     network: float = 0.12
     least_share: float = 0.12
-    beyond_first: float = 2.5
+    least_held: float = 0.5
+    beyond_first: float = 3.0
     beyond_line: float = 4.0
     uneven: int = 2
     complete: tuple[float, float] = (0.5, 0.93)
@@ -86,7 +88,7 @@ def find_walls(grey: NDArray[np.uint8], settings: DrawnWallSettings = DrawnWallS
     ink = find_ink(grey, settings.ink)
     if not ink.any():
         raise ValueError("nothing is drawn in the picture")
-    solid = _filled(ink, settings)
+    solid = _solid_walls(ink, settings)
     thickness = max(1.0, float(np.median(strokes.widths(solid))))
     thick = strokes.distance_to(strokes.opened(solid, settings.thickest_wall * thickness)) <= 0.5 * thickness
     unclear = solid & thick
@@ -97,13 +99,33 @@ def find_walls(grey: NDArray[np.uint8], settings: DrawnWallSettings = DrawnWallS
     return DrawnWalls(wall > 0, inside > 0, unclear > 0, thickness)
 
 
-def _filled(ink: Mask, settings: DrawnWallSettings) -> Mask:
-    """Close the gaps between the lines of walls, and drop thinner lines.
+def _solid_walls(ink: Mask, settings: DrawnWallSettings) -> Mask:
+    """Fill the walls of the ink.
+
+    Walls hold most of the lines. If those found hold few, what seemed to be thin lines are the thinner walls of a plan
+    that has hardly any thin lines.
+    """
+    walls = _filled(ink, _line_width(ink, settings), settings)
+    held = _held(ink, walls)
+    if held >= settings.least_held:
+        return walls
+    thinner = _filled(ink, 1, settings)
+    return thinner if _held(ink, thinner) > 2.0 * held else walls
+
+
+def _held(ink: Mask, walls: Mask) -> float:
+    """Return the share of the lines' length that lies in walls."""
+    middles = strokes.middle_lines(ink)
+    return float(np.mean(walls[middles > 0])) if middles.any() else 0.0
+
+
+def _filled(ink: Mask, line: int, settings: DrawnWallSettings) -> Mask:
+    """Close the gaps between the lines of walls, and drop strokes about as thin as a ``line`` [pixels].
 
     Outer walls may be thicker, and have windows: along the outline of the building a larger gap is closed than inside,
     where it would fill stairs and furniture.
     """
-    size, line = strokes.diagonal(ink), _line_width(ink, settings)
+    size = strokes.diagonal(ink)
     reach, distance = settings.network * size, strokes.distance_to(np.pad(ink, 1))
 
     def walls(gap: float) -> Mask:
@@ -115,7 +137,7 @@ def _filled(ink: Mask, settings: DrawnWallSettings) -> Mask:
     while gap <= widest:
         lengths[gap] = strokes.length(strokes.parts_reaching(walls(gap), reach))
         if not found and lengths[gap] >= enough:
-            reached = max(settings.beyond_first * (gap + line), settings.beyond_line * (line + 1))
+            reached = max(settings.beyond_first * (gap + 2 * line), settings.beyond_line * (line + 1))
             found, widest = True, min(widest, reached)
         gap = max(2, gap + 1, round(settings.finer * gap))
     if not found:

@@ -23,9 +23,17 @@ def distance_to(mask: Mask) -> NDArray[np.float32]:
 
 def widths(mask: Mask) -> NDArray[np.float64]:
     """Return the widths [pixels] of the strokes, one for each pixel of their middle lines."""
-    depth = distance_to(1 - np.pad(mask, 1))
-    middle = (depth > 0.0) & (depth >= cv2.dilate(depth, square(3)) - 1e-3)
-    return 2.0 * depth[middle].astype(np.float64) - 1.0
+    depth = distance_to(1 - np.pad(mask, 1))[1:-1, 1:-1]
+    return 2.0 * depth[_middle(depth)].astype(np.float64) - 1.0
+
+
+def middle_lines(mask: Mask) -> Mask:
+    """Return the pixels that are as deep in a stroke as any beside them."""
+    return as_mask(_middle(distance_to(1 - np.pad(mask, 1))[1:-1, 1:-1]))
+
+
+def _middle(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
+    return np.asarray((depth > 0.0) & (depth >= cv2.dilate(depth, square(3)) - 1e-3), np.bool_)
 
 
 def length(mask: Mask) -> float:

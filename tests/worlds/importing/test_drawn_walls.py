@@ -169,3 +169,22 @@ def test_gaps_close_up_to_their_width_and_nothing_grows(width: int, gap: int) ->
     assert closed[20 : 20 + 2 * width + gap].all()
     assert closed.sum() == 2 * width + gap
     assert open_.sum() == 2 * width
+
+
+def test_thin_lines_that_noise_breaks_hold_together() -> None:
+    grey = np.full((200, 300), 220.0)
+    grey[100, 20:280] = 110.0
+    noisy = grey + np.random.default_rng(3).normal(0.0, 8.0, grey.shape)
+    noisy[100, 60:240:9] += 35.0
+    noisy[40:60, 40:60] = 125.0
+    count, _ = cv2.connectedComponents(find_ink(np.clip(noisy, 0, 255).astype(np.uint8)), connectivity=8)
+    assert count == 3
+
+
+def test_thinner_walls_of_a_plan_without_thin_lines_are_kept() -> None:
+    grey = np.full((500, 600), 255, np.uint8)
+    cv2.rectangle(grey, *OUTER, 0, 14)
+    for x in range(100, 520, 40):
+        cv2.line(grey, (x, 60), (x, 300), 0, 5)
+    walls = find_walls(grey)
+    assert all(walls.wall[200, x] for x in range(100, 520, 40))
