@@ -63,6 +63,8 @@ def decide_on_plan(
 ) -> PlanVerdict:
     """Decide on a place by the better of two testimonies: the merger's, and that of the plan's walls.
 
+    Placements that a symmetry makes alike share either.
+
     The merger asks both maps, and so counts furniture against the place. The walls ask only whether the map confirms
     the plan. ``rivals`` are those of other places on the plan. Both fail if the map denies too many walls.
     """
@@ -86,4 +88,4 @@ def _by_walls(evidence: Evidence, walls: WallAgreement, settings: PlanAcceptance
     capped = min(margin(evidence), AcceptanceSettings.margin_cap)
     odds = settings.share_weight * (walls.share - settings.middle_share)
     odds += settings.margin_weight * (capped - settings.middle_margin)
-    return float(expit(odds)) * evidence.precision_probability
+    return float(expit(odds)) * evidence.precision_probability / (evidence.alike_placements or 1)
