@@ -244,3 +244,22 @@ def test_options_of_plans_are_refused_for_families(tmp_path: Path, capsys: pytes
     out = tmp_path / "maze.json"
     assert "--from-map and --level" in refusal(capsys, "worlds", "make", "maze", "--from-map", "--out", out)
     assert "--from-map and --level" in refusal(capsys, "worlds", "make", "maze", "--level", "L1", "--out", out)
+
+
+def test_draft_writes_the_picture_of_its_seeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["worlds", "draft", "house", "--seed", "2", "--style", "grey", "--out"]
+    assert run([*words, str(tmp_path / "a.png"), "--drawing", "1"]) == 0
+    assert run([*words, str(tmp_path / "new" / "b.png"), "--drawing", "1"]) == 0
+    assert run([*words, str(tmp_path / "c.png"), "--drawing", "2"]) == 0
+    first, same, other = ((tmp_path / name).read_bytes() for name in ("a.png", "new/b.png", "c.png"))
+    assert first == same != other
+    assert "house, grey" in capsys.readouterr().out
+
+
+def test_draft_refuses_an_unknown_style_and_another_ending(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = tmp_path / "plan.png"
+    assert "--style 'gray': must be one of hollow" in refusal(
+        capsys, "worlds", "draft", "house", "--style", "gray", "--out", plan
+    )
+    assert "must end in .png" in refusal(capsys, "worlds", "draft", "house", "--out", tmp_path / "plan.jpg")
+    assert not plan.exists()

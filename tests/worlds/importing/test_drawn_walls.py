@@ -188,3 +188,25 @@ def test_thinner_walls_of_a_plan_without_thin_lines_are_kept() -> None:
         cv2.line(grey, (x, 60), (x, 300), 0, 5)
     walls = find_walls(grey)
     assert all(walls.wall[200, x] for x in range(100, 520, 40))
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), lines=st.integers(0, 12), noise=st.sampled_from([0.0, 5.0, 60.0]))
+def test_any_picture_gives_walls_or_a_refusal(seed: int, lines: int, noise: float) -> None:
+    rng = np.random.default_rng(seed)
+    grey = np.full(rng.integers(64, 200, 2), rng.integers(0, 256), np.uint8)
+    for _ in range(lines):
+        start, end = rng.integers(-20, 220, (2, 2)).tolist()
+        cv2.line(grey, start, end, int(rng.integers(0, 256)), int(rng.integers(1, 30)))
+    grey = np.clip(grey + rng.normal(0.0, noise, grey.shape), 0, 255).astype(np.uint8)
+    try:
+        walls = find_walls(grey)
+    except ValueError as error:
+        assert str(error) in (
+            "nothing is drawn in the picture",
+            "no lines of the picture hang together as walls do; is it a floor plan?",
+        )
+        return
+    assert walls.wall.any()
+    assert not (walls.wall & ~walls.inside).any()
+    assert not (walls.wall & walls.unclear).any()
