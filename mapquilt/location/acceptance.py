@@ -28,7 +28,8 @@ class PlanAcceptanceSettings:
     were chosen on 85 pairs of twelve missions (seeds 301 to 303) and drawn plans: right places confirm 0.87 to 1.00,
     but for plans with much furniture in the lines of walls; wrong ones 0.26 to 0.93.
 
-    - ``min_share``: with a smaller share the map contradicts the plan, which furniture does not explain;
+    - ``min_share``: with a smaller share the map contradicts the plan, which furniture does not explain; the confidence
+      is then at most ``most_if_denied``, because furniture drawn like walls is denied, too;
     - ``min_lead``: another place on the plan with a share less than this below makes the answer ambiguous, if the
       margin of the merger's score is less than ``middle_margin``, too;
     - ``rival_part``: it counts if it confirms at least this part of the cells.
@@ -39,11 +40,14 @@ class PlanAcceptanceSettings:
     margin_weight: float = 8.0
     middle_margin: float = 0.12
     min_share: float = 0.85
+    most_if_denied: float = 0.3
     min_lead: float = 0.02
     rival_part: float = 0.5
 
     def __post_init__(self) -> None:
-        require_valid(self, shares=("middle_share", "middle_margin", "min_share", "min_lead", "rival_part"))
+        require_valid(
+            self, shares=("middle_share", "middle_margin", "min_share", "min_lead", "rival_part", "most_if_denied")
+        )
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,8 @@ def decide_on_plan(
         return PlanVerdict(answer.confidence, answer.reason_text)
     by_walls = _by_walls(evidence, walls, settings)
     if walls.share < settings.min_share:
-        return PlanVerdict(min(by_walls, answer.confidence), "the map shows free space where the plan has walls")
+        confidence = min(max(by_walls, answer.confidence), settings.most_if_denied)
+        return PlanVerdict(confidence, "the map shows free space where the plan has walls")
     ambiguous = margin(evidence) < settings.middle_margin and any(
         rival.share > walls.share - settings.min_lead and rival.confirmed >= settings.rival_part * walls.confirmed
         for rival in rivals
