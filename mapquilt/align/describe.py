@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.grid.resampling import coarsened
-from mapquilt.align.arrangement import Solved
 from mapquilt.align.measurement import Measured, combine_classes
 from mapquilt.align.workspace import Workspace
 from mapquilt.json_file import similarity_record
@@ -66,9 +65,19 @@ def maps_record(workspace: Workspace, shown: Sequence[GridFrame]) -> list[dict[s
     ]
 
 
+def start_record(workspace: Workspace, shown: Sequence[GridFrame]) -> dict[str, Any]:
+    """Describe all that the page shows first: the maps with the frames of their shown cells, and the arrangement."""
+    return {
+        "maps": maps_record(workspace, shown),
+        "scale_fixed": workspace.scale_range.fixed,
+        "state": state_record(workspace),
+    }
+
+
 def state_record(workspace: Workspace) -> dict[str, Any]:
     """Describe the arrangement, and if it can be undone and redone."""
     arrangement = workspace.arrangement
+    solved = None if arrangement.solved is None else arrangement.solved.result
     return {
         "reference": arrangement.reference,
         "placements": [
@@ -76,15 +85,15 @@ def state_record(workspace: Workspace) -> dict[str, Any]:
         ],
         "undo": bool(workspace.history.past),
         "redo": bool(workspace.history.future),
-        "solved": None if arrangement.solved is None else solved_record(workspace, arrangement.solved),
+        "solved": None if solved is None else solved_record(workspace, solved.pairs, solved.left_out),
     }
 
 
-def solved_record(workspace: Workspace, solved: Solved) -> dict[str, Any]:
+def solved_record(workspace: Workspace, pairs: Sequence[PairResult], left_out: Mapping[str, str]) -> dict[str, Any]:
     """Describe a merge: each pair with its verdict, and each map that was left out with the reason."""
     return {
-        "pairs": [answer_record(workspace, pair) for pair in solved.result.pairs],
-        "left_out": [{"name": name, "reason": reason} for name, reason in solved.result.left_out.items()],
+        "pairs": [answer_record(workspace, pair) for pair in pairs],
+        "left_out": [{"name": name, "reason": reason} for name, reason in left_out.items()],
     }
 
 

@@ -23,10 +23,10 @@ from mapquilt.align.describe import (
     answer_record,
     candidates_record,
     cell_bytes,
-    maps_record,
     measured_record,
     shown_grid,
     solved_record,
+    start_record,
     state_record,
 )
 from mapquilt.align.saving import exports, save
@@ -221,12 +221,8 @@ class AlignServer:
         def record() -> dict[str, Any]:
             with self._lock:
                 workspace = self._workspace
-                return {
-                    "maps": maps_record(workspace, [each.frame for each in self._shown]),
-                    "scale_fixed": workspace.scale_range.fixed,
-                    "out": str(workspace.task.folder),
-                    "state": state_record(workspace),
-                }
+                shown = [each.frame for each in self._shown]
+                return {**start_record(workspace, shown), "out": str(workspace.task.folder)}
 
         return JSONResponse(await run_in_threadpool(record))
 
@@ -293,7 +289,7 @@ class AlignServer:
         written = save(self._workspace, solved, yaw_zero=call.yaw_zero)
         return self._state(
             files=sorted(path.name for path in written if path.parent == self._workspace.task.folder),
-            answer=solved_record(self._workspace, solved),
+            answer=solved_record(self._workspace, solved.result.pairs, solved.result.left_out),
             exports=exports(self._workspace, solved),
         )
 

@@ -51,7 +51,8 @@ class Content:
     """``kind`` is run, data set, benchmark or study; ``settings`` are texts by name. ``answers`` have map files.
 
     ``charts`` and ``sheets`` are those of this kind alone; the common ones are drawn from ``answers``. ``mission``
-    is the data of the 3-D view, None without a mission.
+    is the data of the 3-D view, None without a mission; ``maps_page`` is the HTML of the page on which the merged maps
+    can be looked at, None without a merge.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class Content:
     sheets: Sequence[Sheet] = ()
     notes: Sequence[str] = field(default=())
     mission: Mapping[str, Any] | None = None
+    maps_page: str | None = None
 
 
 NOT_MERGED = "not merged"

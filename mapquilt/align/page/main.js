@@ -11,11 +11,12 @@ const MOST_CANDIDATES = 4;
 
 const page = {
   maps: [], poses: [], decided: [], reference: 0, selected: 0, hidden: new Set(), locked: new Set(), walls: new Map(),
-  scaleFixed: true, coloured: true, busy: false, typing: false, frames: [],
+  scaleFixed: true, coloured: true, busy: false, typing: false, frames: [], readOnly: false, solved: null,
 };
 
-// A locked map stays; so does the reference of more than two maps, since its move would not tell on which of them it lies.
-page.fixed = (index) => page.locked.has(index) || (index === page.reference && page.maps.length > 2);
+// A locked map stays, and all maps inside a report. So does the reference of more than two maps, since its move would not
+// tell on which of them it lies.
+page.fixed = (index) => page.readOnly || page.locked.has(index) || (index === page.reference && page.maps.length > 2);
 
 const others = () => page.maps.map((_, index) => index).filter((index) => index !== page.selected && !page.hidden.has(index));
 const pose = (index) => { const { x, y, yaw, scale } = page.poses[index]; return { x, y, yaw, scale }; };
@@ -94,7 +95,7 @@ const nudge = (to) => {
   pending = page.selected; clearTimeout(timer); timer = setTimeout(settle, 350);
 };
 
-const select = async (index) => { await settle(); page.selected = index; page.walls = new Map(); $("verdict").hidden = true; show(); measure(); };
+const select = async (index) => { await settle(); page.selected = index; page.walls = new Map(); $("verdict").hidden = true; if (page.solved) showSolved("The merge", page.solved); show(); measure(); };
 const toggled = (set, index) => { if (!page[set].delete(index)) page[set].add(index); page.walls = new Map(); show(); measure(); };
 
 const panel = {
@@ -127,10 +128,11 @@ const snap = async () => {
 
 const classesOf = (walls) => new Map(Object.entries(walls).map(([key, text]) => [Number(key), Uint8Array.from(atob(text), (each) => each.charCodeAt(0))]));
 
-const askTool = async () => {
+// Ask for the answer of the selected map and a given one, or of the one that fits best.
+const askTool = async (given) => {
   const map = page.selected;
   const found = await during("Matching the pair…", async () => {
-    const { other } = await call("partner", { map, others: others() });
+    const other = given ?? (await call("partner", { map, others: others() })).other;
     const record = await call("candidates", { map, other });
     const best = record.candidates.slice(0, MOST_CANDIDATES);
     const measured = await Promise.all(best.map(({ x, y, yaw, scale }) => call("measure", { map, x, y, yaw, scale, others: [other] })));
@@ -146,6 +148,7 @@ const askTool = async () => {
       element("b", {}, number ? `Runner-up ${number}` : "Best", element("span", {}, each.score.toFixed(2))),
       element("small", {}, `in common ${percent(each.overlap)}, in free space ${percent(each.violation)}`)))),
   });
+  $("verdict").scrollIntoView({ block: "nearest" });
 };
 
 let texts = {};
@@ -158,8 +161,13 @@ const solve = async () => {
 
 const showSolved = (title, solved) => showVerdict({
   title, text: solved.left_out.length ? "" : "All maps are joined.",
-  pairs: [...solved.left_out.map(({ name, reason }) => element("li", { class: "refused" }, element("b", {}, name), ` was left out: ${reason}`)), ...solved.pairs.map(pairItem)],
+  pairs: [...solved.left_out.map(({ name, reason }) => element("li", { class: "refused" }, element("b", {}, name), ` was left out: ${reason}`)), ...solved.pairs.map((pair) => pairItem(pair, () => explain(pair)))],
 });
+
+const explain = async ({ target, source }) => {
+  const [other, map] = [target, source].map((name) => page.maps.findIndex((each) => each.name === name));
+  await select(map); await askTool(other);
+};
 
 const save = async (asPlaced) => {
   $("saved").textContent = "Saving…";
@@ -181,7 +189,7 @@ $("undo").addEventListener("click", () => change("", "undo"));
 $("redo").addEventListener("click", () => change("", "redo"));
 $("fit").addEventListener("click", () => view.fit());
 $("snap").addEventListener("click", snap);
-$("ask").addEventListener("click", askTool);
+$("ask").addEventListener("click", () => askTool());
 $("solve").addEventListener("click", solve);
 $("save").addEventListener("click", () => { $("saved").textContent = ""; $("save-dialog").showModal(); });
 $("save-merge").addEventListener("click", () => save(false));
@@ -203,10 +211,11 @@ fields.addEventListener("submit", (event) => { event.preventDefault(); settle();
 const theme = $("theme"), dark = () => (document.documentElement.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
 const nameTheme = () => { theme.textContent = dark() ? "Light" : "Dark"; };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", nameTheme);
-theme.addEventListener("click", () => { document.documentElement.dataset.theme = dark() ? "light" : "dark"; nameTheme(); view.ask(); });
+theme.addEventListener("click", () => { document.documentElement.dataset.theme = dark() ? "light" : "dark"; });
+new MutationObserver(() => { nameTheme(); view.ask(); }).observe(document.documentElement, { attributeFilter: ["data-theme"] });
 
 addEventListener("keydown", (event) => {
-  if (event.target.closest("input, textarea, dialog")) return;
+  if (event.target.closest("input, textarea, dialog") || (page.readOnly && event.key.toLowerCase() !== "f")) return;
   const command = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
   if (command) {
     if (key !== "z" && key !== "y") return;
@@ -225,6 +234,14 @@ addEventListener("keydown", (event) => {
   if (keys[key]) { event.preventDefault(); keys[key](); }
 });
 
+// Take away all that needs the server.
+const readOnly = () => {
+  for (const each of document.querySelectorAll("[data-served]")) each.remove();
+  document.body.dataset.readOnly = "true";
+  $("hint").textContent = "Drag to pan. After a click, the wheel zooms.";
+  $("canvas").setAttribute("aria-label", "Maps over one another, as the merge placed them. Drag to pan.");
+};
+
 // --- Start ---------------------------------------------------------------------------------------------------------------
 const start = async () => {
   status("Loading the maps…");
@@ -235,7 +252,9 @@ const start = async () => {
     return { ...map, frame: { x, y, yaw, scale: 1 }, raster: new Raster(new Uint8Array(cells), map.rows, map.cols), points: new Float32Array(walls) };
   }));
   page.scaleFixed = record.scale_fixed; page.selected = page.maps.findIndex((_, index) => index !== record.state.reference || page.maps.length === 1);
-  $("out").textContent = record.out;
+  page.readOnly = record.read_only ?? false; page.solved = record.solved ?? null;
+  if (page.readOnly) readOnly(); else $("out").textContent = record.out;
+  if (page.solved) showSolved("The merge", page.solved);
   status(""); nameTheme(); adopt(record.state); view.fit();
   window.mapquilt = { page, view };
   document.body.dataset.ready = "true";

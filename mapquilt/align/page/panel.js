@@ -31,7 +31,7 @@ export const showMaps = (page, on) => {
     swatch.style.background = map.colour;
     return element("li", { class: index === page.selected ? "selected" : false },
       element("button", { class: "name", "aria-pressed": String(index === page.selected), onclick: () => on.select(index) }, swatch, element("span", {}, map.name)),
-      element("div", {}, toggle("hidden", "hide", "show", on.hide), toggle("locked", "lock", "unlock", on.lock), reference));
+      element("div", {}, toggle("hidden", "hide", "show", on.hide), ...(page.readOnly ? [] : [toggle("locked", "lock", "unlock", on.lock), reference])));
   }));
 };
 
@@ -45,7 +45,7 @@ export const showPose = (page, fromReference) => {
   const fixed = (value, places) => (Math.round(value * 10 ** places) / 10 ** places + 0).toFixed(places);  // no -0.00
   const values = { x: fixed(fromReference.x, 3), y: fixed(fromReference.y, 3), yaw: fixed((fromReference.yaw * 180) / Math.PI, 2), scale: fixed(fromReference.scale, 4) };
   for (const [name, value] of Object.entries(values)) if (document.activeElement !== form[name] || !page.typing) form[name].value = value;
-  for (const name of Object.keys(values)) form[name].disabled = page.selected === page.reference || page.locked.has(page.selected);
+  for (const name of Object.keys(values)) form[name].disabled = page.readOnly || page.selected === page.reference || page.locked.has(page.selected);
 };
 
 const bar = (label, share, kind) => {
@@ -80,7 +80,7 @@ export const answerText = (answer) => {
   return answer.accepted ? `Accepted, ${sure}.` : `Refused: ${answer.reason ?? "no reason"} (${sure}).`;
 };
 
-export const pairItem = (answer) => element("li", { class: answer.accepted ? "accepted" : "refused" },
-  element("b", {}, `${answer.target} – ${answer.source}`), ` ${answerText(answer)}`);
+export const pairItem = (answer, explain) => element("li", { class: answer.accepted ? "accepted" : "refused" },
+  element("button", { class: "pair", title: "Show the evidence and the candidates", onclick: explain }, `${answer.target} – ${answer.source}`), ` ${answerText(answer)}`);
 
 export const status = (text, bad = false) => { $("status").textContent = text; $("status").classList.toggle("bad", bad); };

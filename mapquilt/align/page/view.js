@@ -15,7 +15,10 @@ export class View {
     canvas.addEventListener("pointermove", (event) => this.move(event));
     for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, (event) => this.up(event));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.zoomAt(this.at(event), Math.exp(-event.deltaY / 500)); }, { passive: false });
+    canvas.addEventListener("wheel", (event) => {
+      if (page.readOnly && document.activeElement !== canvas) return;  // the wheel scrolls the report
+      event.preventDefault(); this.zoomAt(this.at(event), Math.exp(-event.deltaY / 500));
+    }, { passive: false });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.ask());
   }
 

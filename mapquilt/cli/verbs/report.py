@@ -17,7 +17,7 @@ from mapquilt.cli.tables import print_table
 from mapquilt.dataset.manifest import is_dataset
 from mapquilt.jobs.progress import count_progress, mapping_label
 from mapquilt.report.content import Content
-from mapquilt.runs.folder import is_run
+from mapquilt.runs.folder import MERGE_FILE, is_run
 from mapquilt.study.files import is_study
 
 REPORT_FILE = "report.html"
@@ -63,11 +63,14 @@ def read_content(folder: Path, on_scans: Callable[[int, int], None] = lambda don
         raise ValueError(f"{folder}: no such folder")
     finish_transaction(folder)
     if is_run(folder):
+        from mapquilt.align.embedded import embedded_page
         from mapquilt.report.of_run import run_content
         from mapquilt.report.pose_graphs import pose_graphs
 
         content = run_content(folder)
-        return dataclasses.replace(content, pictures=[*content.pictures, *pose_graphs(folder, on_scans)])
+        page = embedded_page(folder) if (folder / MERGE_FILE).is_file() else None
+        pictures = [*content.pictures, *pose_graphs(folder, on_scans)]
+        return dataclasses.replace(content, pictures=pictures, maps_page=page)
     if is_dataset(folder):
         from mapquilt.report.of_dataset import dataset_content
 

@@ -9,7 +9,9 @@
   const root = document.documentElement, theme = $("#theme");
   const isDark = () => root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   const label = () => { theme.textContent = isDark() ? "Light" : "Dark"; };
-  theme.addEventListener("click", () => { root.dataset.theme = isDark() ? "light" : "dark"; label(); });
+  const maps = $("#maps-page"), dressMaps = () => { if (root.dataset.theme) maps.contentDocument.documentElement.dataset.theme = root.dataset.theme; };
+  theme.addEventListener("click", () => { root.dataset.theme = isDark() ? "light" : "dark"; label(); if (maps) dressMaps(); });
+  if (maps) maps.addEventListener("load", dressMaps);
   label();
 
   const table = $("#pairs"), body = $("tbody", table);

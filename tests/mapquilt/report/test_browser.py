@@ -221,3 +221,17 @@ def test_every_column_fits_1280_pixels(browser, pages, name):
     assert browser.execute_script(wide) == 0
     assert browser.execute_script("return document.documentElement.scrollWidth") <= 1280
     browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_merged_run_shows_its_maps(browser, pages):
+    browser.get_log("browser")
+    browser.get(pages["run"].as_uri())
+    browser.find_element(By.ID, "theme").click()
+    browser.switch_to.frame(browser.find_element(By.ID, "maps-page"))
+    WebDriverWait(browser, 60).until(lambda _: browser.execute_script("return document.body.dataset.ready"))
+    assert [each.text for each in browser.find_elements(By.CSS_SELECTOR, "#maps .name")] == ["robot_0", "robot_1"]
+    WebDriverWait(browser, 60).until(lambda _: browser.find_elements(By.CSS_SELECTOR, "#scores .score"))
+    theme = browser.execute_script("return document.documentElement.dataset.theme")
+    browser.switch_to.default_content()
+    assert theme == browser.execute_script("return document.documentElement.dataset.theme")
+    assert browser.get_log("browser") == []
