@@ -20,7 +20,7 @@ from mapping.map_set import Unit
 from mapping.validation import require_ordered, require_valid
 from mapquilt.location.acceptance import PlanAcceptanceSettings, PlanVerdict, decide_on_plan
 from mapquilt.location.plan_picture import PlanPicture
-from mapquilt.location.wall_agreement import WallAgreement, wall_agreement
+from mapquilt.location.wall_agreement import WallAgreement, refine_on_walls, wall_agreement
 from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import match
 from merge.pair.task import PairTask
@@ -60,7 +60,8 @@ class Placement:
     """A map on one plan.
 
     - ``plan_from_scan``: from the map's stated metres (or cells) to the plan's ``unit``, from its lower left corner, y
-      up: metres if the plan's resolution is known, else pixels. None if nothing was proposed;
+      up: metres if the plan's resolution is known, else pixels. It is the merger's answer, refined on the plan's walls;
+      None if nothing was proposed;
     - ``plan_from_scan_pixels`` (2, 3): the same between pixels of the pictures, y down;
     - ``covariance`` (4, 4) of x, y, yaw and scale, as those of ``PairResult``;
     - ``scan_per_pixel``: metres (or cells) of the map per pixel of the plan's picture;
@@ -147,21 +148,24 @@ def _match(
     known = settings.plan_resolution is not None
     stated = 1.0 if known else 1.0 / pixel
     place = answer.target_from_source
+    if place is not None:
+        refined = refine_on_walls(grid, scan, place.inverse()).inverse()
+        place = refined if scale.low <= refined.scale <= scale.high else place
     pixels = scan_per_pixel = None
+    walls = WallAgreement(0, 0)
+    rivals: list[WallAgreement] = []
+    if place is not None:
+        walls, *rivals = (
+            wall_agreement(grid, scan, each.inverse())
+            for each in (place, *(other.target_from_source for other in answer.alternatives))
+        )
+    verdict = decide_on_plan(answer, walls, rivals, settings.acceptance, settings.merge.acceptance)
     if place is not None:
         scan_per_pixel = pixel / place.scale
         in_pixels = Similarity2(place.x / pixel, place.y / pixel, place.yaw, place.scale / pixel)
         picture = GridFrame(1.0, SE2.identity(), plan.grey.shape)
         pixels = frozen_array(pixel_matrix(picture, in_pixels, scan.frame), np.float64)
         place = Similarity2(stated * place.x, stated * place.y, place.yaw, stated * place.scale)
-    walls = WallAgreement(0, 0)
-    rivals: list[WallAgreement] = []
-    if answer.target_from_source is not None:
-        walls, *rivals = (
-            wall_agreement(grid, scan, each.inverse())
-            for each in (answer.target_from_source, *(other.target_from_source for other in answer.alternatives))
-        )
-    verdict = decide_on_plan(answer, walls, rivals, settings.acceptance, settings.merge.acceptance)
     spread = np.array([stated, stated, 1.0, stated])
     covariance = None if answer.covariance is None else answer.covariance * np.outer(spread, spread)
     return Placement(

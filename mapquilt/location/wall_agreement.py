@@ -7,11 +7,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.validation import require_valid
 from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import nearest_points
 
 
 @dataclass(frozen=True)
@@ -20,14 +23,22 @@ class WallAgreementSettings:
 
     - ``tolerance_share`` [of the map's diagonal]: a wall may be so far off; little, because wrong places of alike
       buildings agree within more;
-    - ``min_tolerance_cells`` [cells of the map]: it may be so far off in any case.
+    - ``min_tolerance_cells`` [cells of the map]: it may be so far off in any case;
+    - ``gates`` [tolerances]: greatest distance of paired walls in each step of the refinement; furniture is farther;
+    - ``min_pairs``: with fewer pairs nothing is refined.
     """
 
     tolerance_share: float = 0.0035
     min_tolerance_cells: float = 2.0
+    gates: tuple[float, ...] = (3.0, 3.0, 3.0, 2.0, 2.0, 1.5, 1.5, 1.0, 1.0)
+    min_pairs: int = 50
 
     def __post_init__(self) -> None:
         require_valid(self)
+
+    def tolerance_cells(self, scan: OccupancyGrid) -> float:
+        """Return the tolerance [cells of the map]."""
+        return max(self.min_tolerance_cells, self.tolerance_share * scan.known_diagonal / scan.frame.resolution)
 
 
 @dataclass(frozen=True)
@@ -44,6 +55,14 @@ class WallAgreement:
         return self.confirmed / max(1, self.confirmed + self.denied)
 
 
+def wall_faces(plan: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the cells of a plan's wall faces: their centres (N, 2) [m], and unit normals (N, 2) into the room, zero
+    where there is free space on all sides."""
+    prepared = PreparedMap(plan)
+    turn = SE2(0.0, 0.0, plan.frame.origin.yaw)
+    return plan.frame.metres_from_cells(prepared.points[:, ::-1] - 0.5), turn.apply(prepared.normals)
+
+
 def wall_agreement(
     plan: OccupancyGrid,
     scan: OccupancyGrid,
@@ -51,13 +70,10 @@ def wall_agreement(
     settings: WallAgreementSettings = WallAgreementSettings(),
 ) -> WallAgreement:
     """Compare the wall faces of a plan with a map at a transform from the metres of the one to those of the other."""
-    prepared, resolution = PreparedMap(plan), scan.frame.resolution
-    cells = prepared.points[:, ::-1] - 0.5
-    faces = scan_from_plan.apply(plan.frame.metres_from_cells(cells))
-    ahead = scan_from_plan.apply(plan.frame.metres_from_cells(cells + prepared.normals[:, ::-1])) - faces
-    ahead /= np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), 1e-12)[:, None]
-    tolerance = max(settings.min_tolerance_cells, settings.tolerance_share * scan.known_diagonal / resolution)
-    front = faces + math.ceil(tolerance + 1.0) * resolution * ahead
+    faces, normals = wall_faces(plan)
+    faces, normals = scan_from_plan.apply(faces), SE2(0.0, 0.0, scan_from_plan.yaw).apply(normals)
+    tolerance = settings.tolerance_cells(scan)
+    front = faces + math.ceil(tolerance + 1.0) * scan.frame.resolution * normals
     inside = scan.frame.contains(scan.frame.cells_from_metres(faces))
     inside &= scan.frame.contains(scan.frame.cells_from_metres(front))
     at, before = (tuple(scan.frame.cells_from_metres(each[inside]).T) for each in (faces, front))
@@ -66,3 +82,42 @@ def wall_agreement(
     confirmed = (to_wall[at] <= tolerance) & scan.free[before]
     denied = (to_wall[at] > tolerance) & (depth[at] > tolerance)
     return WallAgreement(int(confirmed.sum()), int(denied.sum()))
+
+
+def refine_on_walls(
+    plan: OccupancyGrid,
+    scan: OccupancyGrid,
+    scan_from_plan: Similarity2,
+    settings: WallAgreementSettings = WallAgreementSettings(),
+) -> Similarity2:
+    """Refine a transform on the plan's walls alone, so that furniture of the map that is near no wall does not pull it.
+
+    By point-to-line ICP (Chen and Medioni 1992) of the plan's wall faces to the map's surface that faces the same way,
+    with gates that shrink. Returns the transform unchanged if the map then confirms a smaller share of the walls.
+    """
+    surface = PreparedMap(scan).surface
+    points, directions = wall_faces(plan)
+    cells_from_scan = Similarity2(scale=1.0 / scan.frame.resolution) @ Similarity2.from_se2(scan.frame.origin.inverse())
+    cells_from_plan = cells_from_scan @ scan_from_plan
+    for gate in settings.gates:
+        moved, normals = cells_from_plan.apply(points), SE2(0.0, 0.0, cells_from_plan.yaw).apply(directions)
+        indices, distances = nearest_points(surface, moved, normals)
+        reach = gate * settings.tolerance_cells(scan)
+        paired = (distances <= reach) & normals.any(axis=1)
+        if np.count_nonzero(paired) < settings.min_pairs:
+            return scan_from_plan
+        moved, normals = moved[paired], normals[paired]
+        weights = (1.0 - (distances[paired] / reach) ** 2) ** 2
+        residuals = ((surface[0][indices[paired]] - moved) * normals).sum(axis=1)
+        centre = moved.mean(axis=0)
+        x, y = (moved - centre).T
+        nx, ny = normals.T
+        rows = np.stack((nx, ny, x * ny - y * nx, x * nx + y * ny), axis=1)
+        weighed = rows * weights[:, None]
+        change = np.linalg.lstsq(weighed.T @ rows, weighed.T @ residuals, rcond=1e-9)[0]
+        step = Similarity2(change[0], change[1], change[2], math.exp(change[3]))
+        shift = Similarity2(float(centre[0]), float(centre[1]))
+        cells_from_plan = shift @ step @ shift.inverse() @ cells_from_plan
+    refined = cells_from_scan.inverse() @ cells_from_plan
+    before, after = (wall_agreement(plan, scan, each, settings).share for each in (scan_from_plan, refined))
+    return refined if after >= before else scan_from_plan

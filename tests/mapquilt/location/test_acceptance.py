@@ -14,7 +14,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from mapquilt.location.acceptance import decide_on_plan
-from mapquilt.location.wall_agreement import WallAgreement, wall_agreement
+from mapquilt.location.wall_agreement import WallAgreement, refine_on_walls, wall_agreement
 from merge.records.evidence import Evidence
 from merge.records.result import PairResult
 from merge.records.verdict import Reason, Refusal
@@ -59,6 +59,27 @@ def test_the_frame_of_the_plan_changes_nothing(x: float, y: float, yaw: float, s
     )
     assert abs(here.confirmed - there.confirmed) <= 4
     assert there.denied <= 4
+
+
+@pytest.mark.parametrize("start", [Similarity2(0.1, -0.08, 0.01, 1.01), Similarity2(-0.05, 0.1, -0.015, 0.985)])
+def test_refinement_finds_the_walls_again_whatever_the_furniture(start: Similarity2) -> None:
+    plan, scan = rooms(), rooms(furniture=True)
+    corners = np.array([(0.7, 0.7), (8.3, 0.7), (8.3, 6.3), (0.7, 6.3)])
+    turned = Similarity2(4.5, 3.5) @ start @ Similarity2(-4.5, -3.5)
+    assert np.abs(turned.apply(corners) - corners).max() > 0.09
+    found = refine_on_walls(plan, scan, turned)
+    np.testing.assert_allclose(found.apply(corners), corners, atol=0.02)
+
+
+def test_refinement_never_lessens_the_share_and_leaves_a_map_without_walls_alone() -> None:
+    start = Similarity2(0.02, 0.01, 0.0, 1.0)
+    found = refine_on_walls(rooms(), rooms(inner=False), start)
+    assert (
+        wall_agreement(rooms(), rooms(inner=False), found).share
+        >= wall_agreement(rooms(), rooms(inner=False), start).share
+    )
+    empty = OccupancyGrid(rooms().frame, np.full(rooms().frame.shape, -1.0, np.float32))
+    assert refine_on_walls(rooms(), empty, start) == start
 
 
 def test_what_the_map_does_not_know_counts_neither_way() -> None:
