@@ -39,7 +39,7 @@ class PlanAcceptanceSettings:
     middle_share: float = 0.905
     margin_weight: float = 8.0
     middle_margin: float = 0.12
-    min_share: float = 0.85
+    min_share: float = 0.75
     most_if_denied: float = 0.3
     min_lead: float = 0.02
     rival_part: float = 0.5

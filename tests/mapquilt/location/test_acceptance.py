@@ -121,7 +121,7 @@ def test_walls_overrule_a_refusal_for_furniture() -> None:
     refused = answer(0.2, Reason.FREE_SPACE_VIOLATION)
     assert decide_on_plan(refused, WallAgreement(990, 10), ()).reason is None
     assert decide_on_plan(refused, WallAgreement(900, 100), ()).confidence < 0.75
-    doubtful = decide_on_plan(refused, WallAgreement(860, 140), ())
+    doubtful = decide_on_plan(refused, WallAgreement(800, 200), ())
     assert doubtful.reason == "walls contradict free space"
 
 
