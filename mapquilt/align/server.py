@@ -114,10 +114,12 @@ class PoseAmongMaps(Pose):
 
 
 class Merge(Call):
-    """A merge to save; ``as_placed`` stitches the maps where they lie, ``yaw_zero`` adds the map without a yaw."""
+    """A merge to save; ``as_placed`` stitches the maps where they lie, ``yaw_zero`` adds the map without a yaw, and
+    ``frame_of`` the one in the frame of a map."""
 
     as_placed: bool = False
     yaw_zero: bool = False
+    frame_of: int | None = Field(default=None, ge=0)
 
 
 class AlignServer:
@@ -209,7 +211,8 @@ class AlignServer:
     def _require_maps(self, call: Call) -> None:
         """Raise ``ValueError`` if a request names a map that is not there, or one as its own partner."""
         others = [*getattr(call, "others", []), *([call.other] if isinstance(call, OfPair) else [])]
-        named = [*([call.map] if isinstance(call, OfMap) else []), *others]
+        frames = [call.frame_of] if isinstance(call, Merge) and call.frame_of is not None else []
+        named = [*([call.map] if isinstance(call, OfMap) else []), *others, *frames]
         most = len(self._workspace.maps)
         for index in named:
             if not 0 <= index < most:
@@ -286,7 +289,7 @@ class AlignServer:
 
     def _save(self, call: Merge) -> dict[str, Any]:
         solved = self._workspace.stitch() if call.as_placed else self._workspace.solve()
-        written = save(self._workspace, solved, yaw_zero=call.yaw_zero)
+        written = save(self._workspace, solved, yaw_zero=call.yaw_zero, frame_of=call.frame_of)
         return self._state(
             files=sorted(path.name for path in written if path.parent == self._workspace.task.folder),
             answer=solved_record(self._workspace, solved.result.pairs, solved.result.left_out),

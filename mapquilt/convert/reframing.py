@@ -74,6 +74,28 @@ def wall_yaw(grid: OccupancyGrid) -> float:
     return SE2(0.0, 0.0, grid.frame.origin.yaw - found.angle).yaw
 
 
+def on_cells_of(grid: OccupancyGrid, target_from_grid: Similarity2, target: GridFrame) -> OccupancyGrid:
+    """Return the known part of a map in the metres of another one, on a raster that continues the other's cells.
+
+    Raises ``ValueError`` if there would be too many cells.
+    """
+    inner = grid.cropped()
+    rows, cols = inner.frame.shape
+    outer = np.array([(0, 0), (0, cols), (rows, 0), (rows, cols)]) - 0.5  # the corner of a cell, not its centre
+    corners = target_from_grid.apply(inner.frame.metres_from_cells(outer))
+    xs, ys = (target.origin.inverse().apply(corners) / target.resolution).T
+    low = math.floor(ys.min() + ROUNDING_CELLS), math.floor(xs.min() + ROUNDING_CELLS)
+    high = math.ceil(ys.max() - ROUNDING_CELLS), math.ceil(xs.max() - ROUNDING_CELLS)
+    shape = max(1, high[0] - low[0]), max(1, high[1] - low[1])
+    if shape[0] * shape[1] > MAX_PICTURE_CELLS:
+        raise ValueError(
+            f"resolution {target.resolution:g}: gives {shape[1]} x {shape[0]} cells, more than the "
+            f"{MAX_PICTURE_CELLS} that a map may have"
+        )
+    new = target.window(low, shape)
+    return OccupancyGrid(new, sealed(resampled(inner, target_from_grid, new)))
+
+
 def _frame_around(old: GridFrame, yaw: float, resolution: float) -> GridFrame:
     """Return the smallest frame of that yaw and resolution that holds all of another."""
     rows, cols = old.shape

@@ -32,6 +32,8 @@ _NOT_ALWAYS = (
     run_folder.ALIGN_FILE,
     f"{run_folder.YAW_ZERO_NAME}.yaml",
     f"{run_folder.YAW_ZERO_NAME}.pgm",
+    f"{run_folder.IN_FRAME_NAME}.yaml",
+    f"{run_folder.IN_FRAME_NAME}.pgm",
 )
 """Files that only some merges have."""
 
@@ -68,7 +70,7 @@ def merge_files(
             merged, conflicts = group_stems(index)
             unit = inputs.maps.units[inputs.maps.names.index(group.reference)]
             for grid, stem in ((group.merged, merged), (group.conflicts, conflicts)):
-                files |= _with_unit(map_files(grid, folder / stem), unit, group.reference)
+                files |= with_unit(map_files(grid, folder / stem), unit, group.reference)
     files[folder / run_folder.TRANSFORMS_FILE] = transforms_text(inputs.maps, result).encode()
     files[folder / run_folder.MERGE_PICTURE] = figure_png(merge_figure(inputs.maps, result.groups))
     refused = pairs_to_show(result)
@@ -81,7 +83,7 @@ def merge_files(
     return {**files, path: record}
 
 
-def _with_unit(files: dict[Path, bytes], unit: Unit, reference: str) -> dict[Path, bytes]:
+def with_unit(files: dict[Path, bytes], unit: Unit, reference: str) -> dict[Path, bytes]:
     """Say in the YAML of a map in cells that its resolution of 1 is no metre."""
     if unit == "m":
         return files

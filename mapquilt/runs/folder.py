@@ -48,6 +48,7 @@ TIMINGS_FILE = "timings.json"
 MERGED_NAME = "merged"
 CONFLICTS_NAME = "conflicts"
 YAW_ZERO_NAME = "merged_yaw_0"
+IN_FRAME_NAME = "merged_in_frame"
 TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 REFUSED_PICTURE = "refused.png"
@@ -60,6 +61,8 @@ ANSWER_FILES = (
     f"{MERGED_NAME}.pgm",
     f"{YAW_ZERO_NAME}.yaml",
     f"{YAW_ZERO_NAME}.pgm",
+    f"{IN_FRAME_NAME}.yaml",
+    f"{IN_FRAME_NAME}.pgm",
     f"{CONFLICTS_NAME}.yaml",
     f"{CONFLICTS_NAME}.pgm",
     TRANSFORMS_FILE,

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
+from mapping.geometry.similarity2 import Similarity2
 from mapping.io.transaction import COMMIT
+from mapquilt.align.open_task import open_task
+from mapquilt.align.saving import save
+from mapquilt.align.workspace import Workspace
 from mapquilt.cli.app import run
 from tests.crash.kills import Case, killed, prepare, states
 
@@ -67,8 +73,26 @@ def make_cases(work: Path) -> list[Case]:
         ("benchmark, new", (*benchmark, "--pictures", "0", "--out", out), None),
         ("benchmark, over one", (*benchmark, "--seed", "2", "--pictures", "0", "--out", out), bench),
     ]
-    cases = [Case(name, tuple(map(str, arguments)), out, before) for name, arguments, before in verbs]
-    return cases + _jobs(work, out)
+    cases = [Case(name, _verb(arguments), out, before) for name, arguments, before in verbs]
+    files = base / "robot_0/map.yaml", base / "robot_1/map.yaml"
+    pages = [
+        Case("align, new", partial(_align, files, out), out, None),
+        Case("align, over a merge", partial(_align, files, out), out, maps),
+        Case("align, of a run", partial(_align, (out,), None), out, first),
+    ]
+    return cases + pages + _jobs(work, out)
+
+
+def _align(paths: Sequence[Path], out: Path | None) -> int:
+    """Move a map and save, as the page of ``align`` does."""
+    workspace = Workspace(open_task(paths, out))
+    workspace.place(1, Similarity2(0.5, 0.25, 0.1) @ workspace.arrangement.placements[1].sheet_from_map)
+    save(workspace, workspace.stitch(), yaw_zero=True, frame_of=1)
+    return 0
+
+
+def _verb(arguments: Sequence[object]) -> Callable[[], int]:
+    return partial(run, [str(argument) for argument in arguments])
 
 
 def _world(work: Path) -> Path:
@@ -83,14 +107,14 @@ def _jobs(work: Path, out: Path) -> list[Case]:
     for name, spec in (("fit", SPEC), ("small", SMALL_SPEC)):
         (work / f"{name}.yaml").write_text(spec)
         _run("dataset", "make", work / f"{name}.yaml", "--out", work / name, *ONE)
-    merge = Case("merge, of a data set", ("merge", str(out), *ONE), out, work / "small", resumed=True)
+    merge = Case("merge, of a data set", _verb(("merge", out, *ONE)), out, work / "small", resumed=True)
     verbs: list[tuple[str, tuple[object, ...], Path | None]] = [
         ("dataset make", ("dataset", "make", work / "small.yaml", "--out", out, *ONE), None),
         ("dataset verify --repair", ("dataset", "verify", out, "--repair"), _half_merged(merge, work)),
         ("study", ("study", *STUDY, "--out", out, *ONE), None),
         ("calibrate", ("calibrate", "--dataset", work / "fit", "--out", out, *ONE), None),
     ]
-    return [merge, *(Case(name, tuple(map(str, arguments)), out, before, True) for name, arguments, before in verbs)]
+    return [merge, *(Case(name, _verb(arguments), out, before, True) for name, arguments, before in verbs)]
 
 
 def _half_merged(merge: Case, work: Path) -> Path:

@@ -8,12 +8,12 @@ import os
 import shutil
 import signal
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from mapping.io.atomic import remove_temporaries
 from mapping.io.transaction import LEDGER_FILE, finish_transaction
-from mapquilt.cli.app import run
 
 CHANGES = frozenset({"open", "os.rename", "os.remove", "os.rmdir", "os.mkdir"})
 """Audit events of the interpreter that change the disk; ``open`` if it is for writing."""
@@ -26,13 +26,13 @@ UNEQUAL = frozenset(
 
 @dataclass(frozen=True)
 class Case:
-    """A verb, the folder that it changes, and the folder of which a copy is there before.
+    """A verb that returns its exit status, the folder that it changes, and the folder of which a copy is there before.
 
     A job that is ``resumed`` runs again after the kill, and must then leave the bytes of a run without a kill.
     """
 
     name: str
-    arguments: tuple[str, ...]
+    verb: Callable[[], int]
     out: Path
     before: Path | None
     resumed: bool = False
@@ -66,7 +66,7 @@ def killed(case: Case, last: int, work: Path) -> tuple[bool, int]:
     if child == 0:
         _silence()
         _kill_at(last, str(work), counter)
-        os._exit(0 if run(list(case.arguments)) in (0, 1) else 3)
+        os._exit(0 if case.verb() in (0, 1) else 3)
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL:
         return True, last

@@ -171,7 +171,7 @@ const explain = async ({ target, source }) => {
 
 const save = async (asPlaced) => {
   $("saved").textContent = "Saving…";
-  const found = await change("Saving…", "save", { as_placed: asPlaced, yaw_zero: $("yaw-zero").checked });
+  const found = await change("Saving…", "save", { as_placed: asPlaced, yaw_zero: $("yaw-zero").checked, frame_of: $("frame-of").value === "" ? null : Number($("frame-of").value) });
   $("saved").textContent = found ? `Written: ${found.files.join(", ")}` : $("status").textContent;
   if (!found) return;
   texts = found.exports;
@@ -253,7 +253,10 @@ const start = async () => {
   }));
   page.scaleFixed = record.scale_fixed; page.selected = page.maps.findIndex((_, index) => index !== record.state.reference || page.maps.length === 1);
   page.readOnly = record.read_only ?? false; page.solved = record.solved ?? null;
-  if (page.readOnly) readOnly(); else $("out").textContent = record.out;
+  if (page.readOnly) readOnly(); else {
+    $("out").textContent = record.out;
+    $("frame-of").replaceChildren(element("option", { value: "" }, "no map"), ...page.maps.map(({ name }, index) => element("option", { value: String(index) }, name)));
+  }
   if (page.solved) showSolved("The merge", page.solved);
   status(""); nameTheme(); adopt(record.state); view.fit();
   window.mapquilt = { page, view };

@@ -10,7 +10,7 @@ from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import WebDriverWait
+from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from mapping.io.map_file import save_map
 from mapquilt.align.open_task import open_task
@@ -114,6 +114,15 @@ def test_the_answer_explains_itself_and_a_click_takes_a_candidate(shown, workspa
     shown.find_element(By.CSS_SELECTOR, "#candidates button").click()
     wait_for(shown, "placed at a candidate that you chose")
     assert workspace.arrangement.target_from_source(0, 1).yaw == pytest.approx(found[0][0].yaw)
+
+
+def test_save_writes_the_map_in_the_frame_that_was_chosen(shown, workspace) -> None:
+    shown.find_element(By.ID, "save").click()
+    Select(shown.find_element(By.ID, "frame-of")).select_by_visible_text("b")
+    shown.find_element(By.ID, "save-merge").click()
+    WebDriverWait(shown, 60).until(lambda _: "merged_in_frame" in shown.find_element(By.ID, "saved").text)
+    assert (workspace.task.folder / "merged_in_frame.yaml").is_file()
+    assert shown.get_log("browser") == []
 
 
 def test_a_hostile_name_is_text(browser, two, workspace, tmp_path) -> None:

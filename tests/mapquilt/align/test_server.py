@@ -80,6 +80,7 @@ def test_another_page_is_refused(client) -> None:
         ("snap", b'{"map": 1, "others": [-1]}', "map is -1, must be 0 to 1"),
         ("candidates", b'{"map": 1, "other": 1}', "cannot be compared with itself"),
         ("save", b'{"out": "/tmp/elsewhere"}', "out: Extra inputs are not permitted"),
+        ("save", b'{"frame_of": 2}', "map is 2, must be 0 to 1"),
         ("save", b'{"as_placed": true}', "b: has not been placed"),
     ],
 )

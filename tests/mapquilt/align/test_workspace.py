@@ -7,8 +7,10 @@ import shlex
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.io.map_file import load_map, save_map
 from mapquilt.align.measurement import CONTRADICTION, MATCH, NO_OPINION, combine_classes
 from mapquilt.align.merge_command import arranged_settings
 from mapquilt.align.open_task import open_task
@@ -20,6 +22,7 @@ from merge.merger import match_maps
 from merge.pair.pipeline import match_near
 from tests.conftest import command, hashes
 from tests.mapquilt.align.conftest import Two, sheet_pose
+from tests.merge.test_merger import team
 
 
 def walls_apart(workspace: Workspace, found: Similarity2, truth: Similarity2) -> float:
@@ -142,6 +145,39 @@ def test_the_map_without_a_yaw_is_that_of_convert_and_a_later_save_without_it_de
         assert (out / name).read_bytes() == (tmp_path / name).read_bytes()
     save(workspace, workspace.solve())
     assert not list(out.glob("merged_yaw_0*"))
+
+
+def test_the_map_in_the_frame_of_another_continues_its_cells_and_has_the_same_walls(workspace, two, tmp_path) -> None:
+    workspace.place(1, sheet_pose(workspace, two.target_from_source))
+    solved, out = workspace.solve(), tmp_path / "out"
+    save(workspace, solved, frame_of=1)
+    found, own = load_map(out / "merged_in_frame.yaml").grid, workspace.maps.grids[1]
+    assert (found.frame.resolution, found.frame.origin.yaw) == pytest.approx(
+        (own.frame.resolution, own.frame.origin.yaw)
+    )
+    corner = own.frame.origin.inverse() @ found.frame.origin
+    steps = np.array([corner.x, corner.y]) / own.frame.resolution
+    assert steps == pytest.approx(np.round(steps), abs=1e-3)
+    merged = solved.result.merged
+    walls = solved.result.reference_from_map["b"].apply(found.frame.metres_from_cells(np.argwhere(found.occupied)))
+    truth = merged.frame.metres_from_cells(np.argwhere(merged.occupied))
+    apart = cKDTree(truth).query(walls)[0]
+    assert apart.max() < 1.5 * own.frame.resolution
+    assert 0.7 < len(walls) / len(truth) < 1.4
+    assert read_record(out / "align.json", "align")["in_frame_of"] == "b"
+    save(workspace, solved)
+    assert not list(out.glob("merged_in_frame*"))
+
+
+def test_the_frame_of_a_map_that_was_left_out_is_refused_before_anything_is_written(two, tmp_path) -> None:
+    maps, _ = team(3, 2)
+    save_map(maps.grids[0], tmp_path / "other")
+    workspace = Workspace(open_task((two.files[0], tmp_path / "other.yaml"), tmp_path / "out", None, None, 0))
+    solved = workspace.solve()
+    assert "other" in solved.result.left_out
+    with pytest.raises(ValueError, match="other: was left out of the merge"):
+        save(workspace, solved, frame_of=1)
+    assert not (tmp_path / "out").exists()
 
 
 def test_maps_can_be_saved_exactly_as_placed_and_not_before_each_is_placed(workspace, two, tmp_path) -> None:
