@@ -1,15 +1,16 @@
-"""Measure Snap from rough placements: ``python docs/align_snap.py PAIRS.json [DATASET...]``.
+"""Measure Snap from rough placements: ``python docs/align_snap.py [--most N] PAIRS.json [DATASET...]``.
 
 Each pair with exactly one right answer is placed 2 m (40 cells without a resolution) and 15 degrees off, about the
 middle of its walls and in a random direction, at its true scale, and snapped. Pairs that the merger refuses are counted
-apart.
+apart. With ``--most``, N of the pairs are drawn from each source at equal chances.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,8 @@ from mapquilt.align.workspace import AlignTask, Workspace
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.pair_sets import dataset_pairs
-from mapquilt.evaluation.transform_error import RIGHT, RIGHT_PLACE, transform_error
+from mapquilt.evaluation.evaluated_pair import evaluate_pair
+from mapquilt.evaluation.transform_error import RIGHT_PLACE
 from mapquilt.merging.merge_inputs import MergeInputs
 from merge.settings import MergeSettings
 
@@ -30,27 +32,32 @@ SHIFT_M, SHIFT_CELLS, TURN = 2.0, 40.0, math.radians(15.0)
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of one pair: refused by the merger; snapped within the criterion; at the right place, if less precisely;
-    and the snap accepted."""
+    """Outcome of one pair: refused by the merger; its maps distorted, so that no transform fits them well; snapped
+    within the criterion; at the right place, if less precisely; and the snap accepted."""
 
     refused: bool
+    distorted: bool
     right: bool
     right_place: bool
     accepted: bool
 
 
-def main(sources: list[Path]) -> None:
+def main(sources: list[Path], most: int | None) -> None:
     rng = np.random.default_rng(0)
     outcomes = []
     for source in sources:
-        for pair in dataset_pairs(source, None) if source.is_dir() else read_pair_list(source):
-            if not pair.truth.identifiable:
-                continue
+        found = dataset_pairs(source, None) if source.is_dir() else read_pair_list(source)
+        pairs = [pair for pair in found if pair.truth.identifiable]
+        if most is not None and most < len(pairs):
+            pairs = [pairs[index] for index in rng.permutation(len(pairs))[:most]]
+        for pair in pairs:
             outcome = snapped(pair, rng)
             outcomes.append(outcome)
             sys.stdout.write(f"{pair.info.suite} {pair.info.name}: {outcome}\n")
             sys.stdout.flush()
-    for title, chosen in (("refused", [each for each in outcomes if each.refused]), ("all", outcomes)):
+    refused = [each for each in outcomes if each.refused]
+    undistorted = [each for each in refused if not each.distorted]
+    for title, chosen in (("refused, not distorted", undistorted), ("refused", refused), ("all", outcomes)):
         counts = [sum(getattr(each, name) for each in chosen) for name in ("right", "right_place", "accepted")]
         wrong = sum(each.accepted and not each.right_place for each in chosen)
         sys.stdout.write(
@@ -62,7 +69,8 @@ def main(sources: list[Path]) -> None:
 def snapped(pair: BenchmarkPair, rng: np.random.Generator) -> Outcome:
     """Place a pair roughly, snap it, and compare it with the truth."""
     maps = pair.maps()
-    truth = pair.metric_truth(maps).target_from_source
+    truths = pair.metric_truth(maps)
+    truth = truths.target_from_source
     assert truth is not None
     workspace = Workspace(AlignTask(inputs_of(maps), MergeSettings(), 0, Path("aligned"), ()))
     refused = not workspace.candidates(1, 0)[0].accepted
@@ -70,8 +78,10 @@ def snapped(pair: BenchmarkPair, rng: np.random.Generator) -> Outcome:
     sheet = workspace.arrangement.placements[0].sheet_from_map
     workspace.change(workspace.arrangement.placed(1, Placement(sheet @ start, "hand")))
     answer = workspace.snap(1, 0)
-    error = transform_error(*maps.grids, truth, workspace.arrangement.target_from_source(0, 1))
-    return Outcome(refused, RIGHT.holds(error), RIGHT_PLACE.holds(error), answer.accepted)
+    placed = replace(answer, target_from_source=workspace.arrangement.target_from_source(0, 1), covariance=None)
+    one = evaluate_pair(*maps.grids, truths, placed, pair=pair.info, method="snap")
+    assert one.error is not None
+    return Outcome(refused, bool(one.distorted), one.right, RIGHT_PLACE.holds(one.error), answer.accepted)
 
 
 def inputs_of(maps: MapSet) -> MergeInputs:
@@ -87,4 +97,8 @@ def rough(truth: Similarity2, middle: list[float], maps: MapSet, rng: np.random.
 
 
 if __name__ == "__main__":
-    main([Path(argument) for argument in sys.argv[1:]])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sources", nargs="+", type=Path)
+    parser.add_argument("--most", type=int, help="pairs of a source at most; all if not given")
+    given = parser.parse_args()
+    main(given.sources, given.most)
