@@ -74,7 +74,7 @@ class PairMeasurer:
     ) -> NDArray[np.uint8]:
         kept, _ = thinned(len(above.points), self._sample.max_points)
         cosine = self._settings.alignment.overlap.min_normal_cosine
-        found = classify_walls(below, above, kept, below_from_above, tolerance, cosine)
+        found = classify_walls(below.surface, above.surface, kept, below_from_above, tolerance, cosine)
         return np.select([found[:, 0] > 0.0, found[:, 1:].any(axis=1)], [MATCH, CONTRADICTION], NO_OPINION).astype(
             np.uint8
         )

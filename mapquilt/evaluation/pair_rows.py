@@ -25,7 +25,7 @@ ERRORS = tuple(field.name for field in dataclasses.fields(TransformError))
 EVIDENCE = tuple(field.name for field in dataclasses.fields(Evidence))
 OPTIONAL_EVIDENCE = (
     *("acceptance_index", "wall_inlier_ratio", "free_space_violation", "deep_free_space_violation"),
-    *("matches", "inliers", "local_violation", "conflict_ratio", "conflict_cells"),
+    *("matches", "inliers", "local_violation", "conflict_ratio", "conflict_cells", "strain"),
     "alike_placements",
 )
 COLUMNS = (

@@ -28,6 +28,8 @@ class PlanAcceptanceSettings:
     were chosen on 85 pairs of twelve missions (seeds 301 to 303) and drawn plans: right places confirm 0.87 to 1.00,
     but for plans with much furniture in the lines of walls; wrong ones 0.26 to 0.93.
 
+    - ``margin_cap``: a larger margin counts as this;
+    - ``min_score``: the walls overrule no answer that the merger scores less;
     - ``min_share``: with a smaller share the map contradicts the plan, which furniture does not explain; the confidence
       is then at most ``most_if_denied``, because furniture drawn like walls is denied, too;
     - ``min_lead``: another place on the plan with a share less than this below makes the answer ambiguous, if the
@@ -39,6 +41,8 @@ class PlanAcceptanceSettings:
     middle_share: float = 0.905
     margin_weight: float = 8.0
     middle_margin: float = 0.12
+    margin_cap: float = 0.25
+    min_score: float = 0.4
     min_share: float = 0.75
     most_if_denied: float = 0.3
     min_lead: float = 0.02
@@ -73,7 +77,7 @@ def decide_on_plan(
     the plan. ``rivals`` are those of other places on the plan. Both fail if the map denies too many walls.
     """
     evidence = answer.evidence
-    if evidence is None or answer.reason not in DOUBTED or evidence.score < acceptance.min_score:
+    if evidence is None or answer.reason not in DOUBTED or evidence.score < settings.min_score:
         return PlanVerdict(answer.confidence, answer.reason_text)
     by_walls = _by_walls(evidence, walls, settings)
     if walls.share < settings.min_share:
@@ -90,7 +94,7 @@ def decide_on_plan(
 
 
 def _by_walls(evidence: Evidence, walls: WallAgreement, settings: PlanAcceptanceSettings) -> float:
-    capped = min(margin(evidence), AcceptanceSettings.margin_cap)
+    capped = min(margin(evidence), settings.margin_cap)
     odds = settings.share_weight * (walls.share - settings.middle_share)
     odds += settings.margin_weight * (capped - settings.middle_margin)
     return float(expit(odds)) * evidence.precision_probability / (evidence.alike_placements or 1)

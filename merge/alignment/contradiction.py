@@ -9,18 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.alignment.patchwise_alignment import align_patch, patches
 from merge.alignment.settings import AlignmentSettings
-from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
-from merge.verification.wall_overlap import classify_walls, tolerance_cells
+from merge.preparation.prepared_map import PreparedMap
+from merge.preparation.surface import Surface
+from merge.records.bend import Bend
+from merge.verification.settings import WallOverlapSettings
+from merge.verification.wall_overlap import bent_surfaces, classify_walls, tolerance_cells
 
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Walls that contradict after every part of the maps is aligned by itself, the mean of both directions.
+    """Walls that contradict after one map is bent onto the other, the mean of both directions.
 
-    - ``violation_ratio``: share of the compared walls that lie in the other map's free space;
-    - ``conflict_ratio``: share of them in long connected pieces, which are no objects that only one robot saw;
+    - ``violation_ratio``: share of the compared walls that lie in the other map's free space, by the middle tolerance;
+    - ``conflict_ratio``: share of them in long connected pieces, by the loosest tolerance: other walls, no objects that
+      only one robot saw;
     - ``conflict_cells``: number of wall cells in those pieces, in cells of the coarser map.
 
     The ratios are None if nothing is compared.
@@ -35,51 +38,55 @@ def measure_contradiction(
     target: PreparedMap,
     source: PreparedMap,
     answer: Similarity2,
-    level: int,
+    bend: Bend,
     settings: AlignmentSettings = AlignmentSettings(),
 ) -> Contradiction:
-    """Measure how two maps contradict under ``target_from_source`` (cells), by the tolerance of a ``level``.
+    """Measure how two maps contradict under ``target_from_source`` (cells) and a bend.
 
-    Drift moves parts of a map by more than a tolerance, but each part still fits by itself. Another storey, or another
-    room of the same shape, has walls where this one has none. Swapping the maps and inverting the transform gives the
-    same.
+    Drift moves parts of a map by more than a tolerance, but bent by a little, they fit. Another storey, or another room
+    of the same shape, has walls where this one has none.
     """
-    scale, coarser = answer.scale, max(1.0, answer.scale)
-    tolerance = tolerance_cells(target, source, scale, settings.overlap, level)
-    shortest = settings.contradiction.min_piece_tolerances * tolerance_cells(target, source, scale, settings.overlap)
-    there = _one_way(target, source, answer, tolerance, shortest / scale, settings)
-    here = _one_way(source, target, answer.inverse(), tolerance / scale, shortest, settings)
-    compared, violation, conflict = ((scale * there + here) / (2.0 * coarser)).tolist()
-    if compared == 0.0:
-        return Contradiction(None, None, 0.0)
-    return Contradiction(violation / compared, conflict / compared, conflict)
+    level = min(settings.contradiction.level, len(settings.overlap.tolerance_shares) - 1)
+    compared, violation, _ = _both_ways(target, source, answer, bend, level, settings)
+    loosely, _, conflict = _both_ways(target, source, answer, bend, 0, settings)
+    return Contradiction(
+        violation / compared if compared > 0.0 else None, conflict / loosely if loosely > 0.0 else None, conflict
+    )
+
+
+def _both_ways(
+    target: PreparedMap, source: PreparedMap, answer: Similarity2, bend: Bend, level: int, settings: AlignmentSettings
+) -> tuple[float, float, float]:
+    """Count wall points by a tolerance, the mean of both directions in cells of the coarser map: compared, in free
+    space, and of these in long pieces."""
+    scale, overlap = answer.scale, settings.overlap
+    tolerance = tolerance_cells(target, source, scale, overlap, level)
+    shortest = settings.contradiction.min_piece_tolerances * tolerance_cells(target, source, scale, overlap)
+    bent, seen, back = bent_surfaces(target, source, answer, bend)
+    there = _one_way(target.surface, bent, answer, tolerance, shortest / scale, source.points, overlap)
+    here = _one_way(source.surface, seen, back, tolerance / scale, shortest, target.points, overlap)
+    compared, violation, conflict = ((scale * there + here) / (2.0 * max(1.0, scale))).tolist()
+    return compared, violation, conflict
 
 
 def _one_way(
-    below: PreparedMap,
-    above: PreparedMap,
+    below: Surface,
+    above: Surface,
     below_from_above: Similarity2,
     tolerance: float,
     shortest: float,
-    settings: AlignmentSettings,
+    points: NDArray[np.float64],
+    settings: WallOverlapSettings,
 ) -> NDArray[np.float64]:
     """Count the wall points of ``above`` (3,): compared, in free space of ``below``, and of these in long pieces.
 
-    ``tolerance`` is in cells of ``below``, ``shortest`` the extent of a long piece in cells of ``above``.
+    ``tolerance`` is in cells of ``below``, ``shortest`` the extent of a long piece in cells of ``above``, whose
+    ``points`` (N, 2) are those before a bend.
     """
-    cosine, patchwise = settings.overlap.min_normal_cosine, settings.patchwise
-    diagonal = smaller_diagonal(below, above, below_from_above.scale)
-    classes = classify_walls(below, above, np.arange(len(above.points)), below_from_above, tolerance, cosine)
-    for members in patches(above, patchwise.patch_share * diagonal / below_from_above.scale, patchwise.min_points):
-        if not classes[members, 2].any():
-            continue
-        local = align_patch(below, above, below_from_above, members, diagonal, patchwise, settings.icp.line_weight)
-        if local is None:
-            continue
-        moved = classify_walls(below, above, members, local, tolerance, cosine)
-        if moved[:, 2].sum() < classes[members, 2].sum():
-            classes[members] = moved
-    violating = above.points[classes[:, 2] > 0.0]
+    classes = classify_walls(
+        below, above, np.arange(len(points)), below_from_above, tolerance, settings.min_normal_cosine
+    )
+    violating = points[classes[:, 2] > 0.0]
     extents = _piece_extents(violating)
     return np.array([classes.sum(), len(violating), np.count_nonzero(extents >= shortest)])
 

@@ -43,7 +43,7 @@ def add_equations(
         if not distance < gate:
             continue
         nx, ny = target[1][index, 0], target[1][index, 1]
-        w = weight * _pair_weight(distance / gate, normal_cosine(ax, ay, nx, ny))
+        w = weight * pair_weight(distance / gate, normal_cosine(ax, ay, nx, ny))
         error_x, error_y = target[0][index, 0] - x, target[0][index, 1] - y
         pairs += _add(x - centre[0], y - centre[1], error_x, error_y, nx, ny, w, line_weight, equations)
     return pairs
@@ -75,7 +75,7 @@ def add_equations_back(
             continue
         ax, ay = source[1][index, 0], source[1][index, 1]
         nx, ny = c * ax - s * ay, s * ax + c * ay
-        w = weight * _pair_weight(distance / gate, normal_cosine(nx, ny, bx, by))
+        w = weight * pair_weight(distance / gate, normal_cosine(nx, ny, bx, by))
         px, py = source[0][index, 0], source[0][index, 1]
         x = answer[0, 0] * px + answer[0, 1] * py + answer[0, 2]
         y = answer[1, 0] * px + answer[1, 1] * py + answer[1, 2]
@@ -84,7 +84,7 @@ def add_equations_back(
 
 
 @njit(cache=True)
-def _pair_weight(reach: float, cosine: float) -> float:
+def pair_weight(reach: float, cosine: float) -> float:
     """Weigh a pair of points ``reach`` gates apart: Tukey's biweight times the cosine of their normals, at least 0."""
     return float((1.0 - reach**2) ** 2 * max(cosine, 0.0))
 

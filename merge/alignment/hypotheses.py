@@ -12,11 +12,12 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.coarse_to_fine import pattern_search, refine
 from merge.alignment.deduplication import deduplicate, rms_displacement
+from merge.alignment.elastic import bend_onto, fit_bent
 from merge.alignment.icp import icp_batch
-from merge.alignment.patchwise_alignment import align_patchwise
-from merge.alignment.settings import AlignmentSettings
+from merge.alignment.settings import AlignmentSettings, ElasticSettings
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
 from merge.progress import track
+from merge.records.bend import Bend
 from merge.records.proposal import Proposal
 from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap_by_tolerance
 
@@ -33,6 +34,43 @@ class Hypothesis:
     def overlap(self) -> WallOverlap:
         """Overlap by the loosest tolerance."""
         return self.overlaps[0]
+
+
+@dataclass(frozen=True, eq=False)
+class BentHypothesis:
+    """A hypothesis, cells to cells, after the source was bent onto the target.
+
+    ``bend`` remains after the transform; ``rigid`` and ``bent`` are the overlaps of the walls by tolerance, loosest
+    first, under the transform alone and after the bend.
+    """
+
+    target_from_source: Similarity2
+    bend: Bend
+    rigid: tuple[WallOverlap, ...]
+    bent: tuple[WallOverlap, ...]
+    proposal: Proposal
+
+    def scores(self, settings: ElasticSettings = ElasticSettings()) -> list[float]:
+        """Return the alignment scores after the bend, by tolerance, each less the cost of the strain, at least 0.
+
+        A right place becomes sharp by little bending; a wrong one stays blurred or needs much.
+        """
+        cost = settings.strain_cost * self.bend.strain
+        return [max(0.0, overlap.score - cost) for overlap in self.bent]
+
+    def score(self, settings: ElasticSettings = ElasticSettings()) -> float:
+        """Return the mean of the scores over all tolerances."""
+        return float(np.mean(self.scores(settings)))
+
+    def tightest_tolerance(self, settings: AlignmentSettings = AlignmentSettings()) -> int:
+        """Return the index of the tightest tolerance that the walls meet after the bend.
+
+        Maps of two visits, or drawn by hand, meet only the loosest. Crisp maps are judged as sharply as they are drawn,
+        so that the right room is distinguished from one that only resembles it.
+        """
+        scores = self.scores(settings.elastic)
+        least = settings.hypotheses.min_tolerance_score * scores[0]
+        return max(level for level, score in enumerate(scores) if score >= least)
 
 
 def rank_proposals(
@@ -108,21 +146,16 @@ def refine_with_care(
     return distinct(target, source, refined, settings)
 
 
-def tightest_tolerance(hypotheses: Sequence[Hypothesis], settings: AlignmentSettings = AlignmentSettings()) -> int:
-    """Return the index of the tightest tolerance that the maps meet.
-
-    Distorted maps meet only the loosest. Crisp maps are compared as sharply as they are drawn, so that the right room
-    is distinguished from one that only resembles it.
-    """
-    levels = range(len(settings.overlap.tolerance_shares))
-    best = [max((h.overlaps[level].score for h in hypotheses), default=0.0) for level in levels]
-    return max(level for level in levels if best[level] >= settings.hypotheses.min_tolerance_score * best[0])
-
-
 def ranked(hypotheses: Sequence[Hypothesis], settings: AlignmentSettings = AlignmentSettings()) -> list[Hypothesis]:
-    """Sort hypotheses by their scores, by the tightest tolerance that the maps meet."""
-    level = tightest_tolerance(hypotheses, settings)
+    """Sort hypotheses by their scores, by the tightest tolerance that the maps, not bent, meet."""
+    limits = settings.hypotheses
+    best = [max((h.overlaps[k].score for h in hypotheses), default=0.0) for k in _levels(settings)]
+    level = max(k for k in _levels(settings) if best[k] >= limits.min_rigid_tolerance_score * best[0])
     return sorted(hypotheses, key=lambda hypothesis: -hypothesis.overlaps[level].score)
+
+
+def _levels(settings: AlignmentSettings) -> range:
+    return range(len(settings.overlap.tolerance_shares))
 
 
 def distinct(
@@ -138,8 +171,8 @@ def distinct(
 def are_distinct(
     target: PreparedMap,
     source: PreparedMap,
-    one: Hypothesis,
-    other: Hypothesis,
+    one: Hypothesis | BentHypothesis,
+    other: Hypothesis | BentHypothesis,
     settings: AlignmentSettings = AlignmentSettings(),
 ) -> bool:
     """Test if two hypotheses put the source at different places."""
@@ -148,30 +181,21 @@ def are_distinct(
     return shift > settings.hypotheses.distinct_share * diagonal
 
 
-def compensate_distortion(
+def bend_hypothesis(
     target: PreparedMap,
     source: PreparedMap,
-    best: Hypothesis,
+    hypothesis: Hypothesis,
     scale: ScaleRange,
-    level: int,
     settings: AlignmentSettings = AlignmentSettings(),
-) -> Hypothesis:
-    """Replace the best match of one part by the mean over all patches, if the maps are distorted.
-
-    ``level`` is the index of the tolerance by which the scores are compared.
-    """
-    limits = settings.hypotheses
-    if _is_crisp(best.overlap, settings):
-        return best
-    answer = align_patchwise(target, source, best.target_from_source, scale, settings)
-    shift = float(rms_displacement(source, [best.target_from_source, answer])[0, 1])
-    overlaps = _measure(target, source, answer, limits.final_points, settings)
-    if (
-        shift < limits.min_patch_shift_share * smaller_diagonal(target, source, answer.scale)
-        or overlaps[level].score < best.overlaps[level].score - limits.max_patch_loss
-    ):
-        return best
-    return dataclasses.replace(best, target_from_source=answer, overlaps=overlaps)
+) -> BentHypothesis:
+    """Bend the source onto the target from a hypothesis, and fit its transform to the bent walls."""
+    start, points = hypothesis.target_from_source, settings.hypotheses.final_points
+    bend = bend_onto(target, source, start, settings.elastic)
+    answer = fit_bent(target, source, start, bend, scale, settings.elastic)
+    bend = bend.relative_to(start.inverse() @ answer)
+    rigid = _measure(target, source, answer, points, settings)
+    bent = measure_wall_overlap_by_tolerance(target, source, answer, points, settings.overlap, bend)
+    return BentHypothesis(answer, bend, rigid, bent, hypothesis.proposal)
 
 
 def _refine_best(

@@ -54,38 +54,50 @@ class CoarseToFineSettings:
 
 
 @dataclass(frozen=True)
-class PatchwiseSettings:
-    """Alignment of distorted maps, patch by patch; shares are of the smaller map's diagonal.
+class ElasticSettings:
+    """Elastic alignment: a smooth bend of one map onto the other. Shares are of the smaller map's diagonal.
 
-    - ``patch_share``: side of a patch; drift bends so little nearly rigidly;
-    - ``gate_shares``: gates of the steps that align a patch;
-    - ``stiffness``: weight of the whole map's transform against the walls of the patch;
-    - ``min_points``: smaller patches are left out;
-    - ``rounds``: of aligning all patches and fitting one transform to them.
+    - ``node_share``: distance of the nodes of the control grid;
+    - ``gate_shares``: largest distance of two walls that are paired, for each step;
+    - ``stiffness`` [squared diagonals]: weight of the mean squared strain against the mean squared distance of the
+      walls; a strain of 4 % costs as much as a distance of 0.1 % of the diagonal;
+    - ``curvature`` [squared diagonals]: weight of the mean squared change of strain from node to node;
+    - ``strain_cost``: the score of a bent hypothesis falls by so much times its strain;
+    - ``line_weight``: as in ``IcpSettings``;
+    - ``max_points``: wall points of either map;
+    - ``matched_share``, ``min_matched_cells`` [cells of the coarser map]: bent walls so near to one of the target count
+      for the transform, at least ``min_points`` of them.
     """
 
-    patch_share: float = 0.15
-    gate_shares: tuple[float, ...] = (0.05, 0.04, 0.03, 0.025, 0.02, 0.015, 0.015)
-    stiffness: float = 0.1
-    min_points: int = 12
-    rounds: int = 2
+    node_share: float = 0.1
+    gate_shares: tuple[float, ...] = (0.05, 0.04, 0.03, 0.025, 0.02, 0.015, 0.012, 0.01, 0.01)
+    stiffness: float = 0.0005
+    curvature: float = 0.0005
+    strain_cost: float = 0.5
+    line_weight: float = 0.8
+    max_points: int = 2000
+    matched_share: float = 0.007
+    min_matched_cells: float = 1.5
+    min_points: int = 20
 
     def __post_init__(self) -> None:
-        require_valid(self, not_negative=("stiffness",))
+        require_valid(self, shares=("line_weight",))
 
 
 @dataclass(frozen=True)
 class ContradictionSettings:
-    """When walls in the free space of the other map are a conflict.
+    """When walls in the free space of the other map contradict.
 
-    ``min_piece_tolerances`` [of the loosest tolerance]: their connected pieces extend at least so far, 7 % of the
-    smaller map's diagonal. Shorter ones are trees and furniture that one robot saw and the other did not.
+    - ``level``: index of the tolerance by which they are counted, 0.7 % of the smaller map's diagonal;
+    - ``min_piece_tolerances`` [of the loosest tolerance]: they are a conflict if their connected pieces extend so far,
+      7 % of the diagonal. Shorter ones are trees and furniture that one robot saw and the other did not.
     """
 
+    level: int = 2
     min_piece_tolerances: float = 5.0
 
     def __post_init__(self) -> None:
-        require_valid(self)
+        require_valid(self, not_negative=("level",))
 
 
 @dataclass(frozen=True)
@@ -103,11 +115,11 @@ class HypothesisSettings:
     - ``finalists``: hypotheses that are then refined with care; ``second_best_finalists``: those that compete;
     - ``crisp_ratio``: if this share of the compared walls matches, neither pattern search nor patches can improve;
     - ``hopeless_gap``: a hypothesis that scores so much less than the best is no competitor, and is not searched on;
-    - ``min_tolerance_score``: the maps meet a tolerance if some hypothesis scores by it this share of the best score by
-      the loosest one;
-    - ``min_patch_shift_share``: the transform of the patches replaces the best one if it moves the walls by at least
-      this; less is no distortion;
-    - ``max_patch_loss``: and if it scores at most so much less.
+    - ``min_rigid_tolerance_score``: hypotheses are ranked by the tightest tolerance by which one of them scores this
+      share of the best score by the loosest;
+    - ``bent``: hypotheses, the best ones, that are bent and compared by how well their walls then fit;
+    - ``min_tolerance_score``: a bent hypothesis meets a tolerance if it scores by it this share of its score by the
+      loosest one.
     """
 
     same_share: float = 0.035
@@ -124,16 +136,12 @@ class HypothesisSettings:
     second_best_finalists: int = 3
     crisp_ratio: float = 0.98
     hopeless_gap: float = 0.35
-    min_tolerance_score: float = 0.85
-    min_patch_shift_share: float = 0.004
-    max_patch_loss: float = 0.05
+    min_rigid_tolerance_score: float = 0.85
+    bent: int = 4
+    min_tolerance_score: float = 0.7
 
     def __post_init__(self) -> None:
-        require_valid(
-            self,
-            not_negative=("min_patch_shift_share", "max_patch_loss"),
-            shares=("crisp_ratio", "min_tolerance_score"),
-        )
+        require_valid(self, shares=("crisp_ratio", "min_rigid_tolerance_score", "min_tolerance_score"))
 
 
 @dataclass(frozen=True)
@@ -144,6 +152,6 @@ class AlignmentSettings:
     icp: IcpSettings = field(default_factory=IcpSettings)
     quick: CoarseToFineSettings = field(default_factory=lambda: CoarseToFineSettings(max_points=500, last_steps=3))
     careful: CoarseToFineSettings = field(default_factory=CoarseToFineSettings)
-    patchwise: PatchwiseSettings = field(default_factory=PatchwiseSettings)
+    elastic: ElasticSettings = field(default_factory=ElasticSettings)
     contradiction: ContradictionSettings = field(default_factory=ContradictionSettings)
     hypotheses: HypothesisSettings = field(default_factory=HypothesisSettings)

@@ -18,14 +18,14 @@ from mapping.seeds import Role, stream
 from merge.alignment.contradiction import measure_contradiction
 from merge.alignment.deduplication import rms_displacement
 from merge.alignment.hypotheses import (
+    BentHypothesis,
     Hypothesis,
     are_distinct,
-    compensate_distortion,
+    bend_hypothesis,
     distinct,
     refine_proposals,
     refine_second_best,
     refine_with_care,
-    tightest_tolerance,
 )
 from merge.alignment.settings import AlignmentSettings
 from merge.methods import Proposer
@@ -43,7 +43,9 @@ from merge.records.verdict import Reason, Verdict
 from merge.settings import MergeSettings
 from merge.verification.acceptance import decide, margin
 from merge.verification.cell_overlap import compare_cells
+from merge.verification.settings import WallOverlapSettings
 from merge.verification.uncertainty import uncertainty
+from merge.verification.wall_overlap import tolerance_cells
 
 
 def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
@@ -124,7 +126,7 @@ def _quick_answer(
         return None
     proposals = proposer.propose(target.descriptions[0], source.descriptions[0], scale, stream(seed, Role.MERGE))
     rough = refine_proposals(*maps, proposals, scale, settings.alignment)
-    if not rough or rough[0].overlap.score < settings.acceptance.min_score:
+    if not rough or rough[0].overlap.score < settings.pair.competing_score:
         return None
     return _answer(target, source, scale, settings, seed, proposers=1)
 
@@ -218,15 +220,14 @@ def merge_pair(
         careful = refine_with_care(*maps, rough[:finalists], scale, settings.alignment)
         found = distinct(*maps, [*found, *careful], settings.alignment)
         rough = rough[finalists:]
-        answer = _best_answer(*maps, found, scale, settings)
-        if answer.score >= settings.acceptance.min_score:
+        if found[0].overlap.score >= settings.pair.competing_score:
             found = _with_second_best(*maps, found, scale, settings)
-            answer = _best_answer(*maps, found, scale, settings)
+        answer = _best_answer(*maps, found, scale, settings)
         if answer.evidence is not None and _is_certain(answer.evidence, settings):
             break
     if answer.evidence is None or not _is_certain_alone(answer.evidence, settings):
         return answer
-    return _with_symmetry(target, source, answer, tightest_tolerance(found, settings.alignment), settings)
+    return _with_symmetry(target, source, answer, settings)
 
 
 def merge_pair_near(
@@ -278,13 +279,14 @@ def _with_second_best(
 def _best_answer(
     target: PreparedMap, source: PreparedMap, found: Sequence[Hypothesis], scale: ScaleRange, settings: MergeSettings
 ) -> PairAnswer:
-    """Verify the best hypothesis, and accept or refuse it."""
-    alignment = settings.alignment
-    level = tightest_tolerance(found, alignment)
-    best = compensate_distortion(target, source, found[0], scale, level, alignment)
+    """Bend the best hypotheses, verify the one that then fits best, and accept or refuse it."""
+    alignment, limits = settings.alignment, settings.alignment.hypotheses
+    bent = [bend_hypothesis(target, source, each, scale, alignment) for each in found[: limits.bent]]
+    best = max(bent, key=lambda hypothesis: hypothesis.score(alignment.elastic))
+    level = best.tightest_tolerance(alignment)
     others = [
-        Alternative(other.target_from_source, other.overlaps[level].score)
-        for other in found
+        Alternative(other.target_from_source, other.scores(alignment.elastic)[level])
+        for other in bent
         if are_distinct(target, source, best, other, alignment)
     ]
     others.sort(key=lambda other: -other.score)
@@ -296,9 +298,7 @@ def _best_answer(
     return PairAnswer(answer, evidence, verdict, uncertain, tuple(others[: settings.pair.alternatives]))
 
 
-def _with_symmetry(
-    target: MapFeatures, source: MapFeatures, answer: PairAnswer, level: int, settings: MergeSettings
-) -> PairAnswer:
+def _with_symmetry(target: MapFeatures, source: MapFeatures, answer: PairAnswer, settings: MergeSettings) -> PairAnswer:
     """Share the confidence of an answer with the placement that a symmetry of the place makes alike.
 
     An answer that a second best refuses is left as it is if that is another placement: the symmetry is not the reason.
@@ -308,6 +308,7 @@ def _with_symmetry(
         return answer
     maps, half_turns = (target.prepared, source.prepared), HalfTurns(settings.pair.symmetry, alignment)
     turns = [*target.describe(half_turns), *(found @ turn @ found.inverse() for turn in source.describe(half_turns))]
+    level = _level(*maps, found.scale, evidence.tolerance_cells, alignment.overlap)
     place = other_placement(maps, turns, found, level, settings.pair.symmetry, alignment)
     near, elsewhere = _split_by(place, answer.alternatives, maps, alignment)
     if not answer.verdict.accepted and near[:1] != answer.alternatives[:1]:
@@ -316,9 +317,19 @@ def _with_symmetry(
     answer = dataclasses.replace(answer, evidence=evidence, verdict=decide(evidence, settings.acceptance))
     if place is not None and not near:
         fixed = ScaleRange(found.scale, found.scale)
-        (other,) = refine_proposals(*maps, [Proposal(place)], fixed, alignment)
-        near = (Alternative(other.target_from_source, other.overlaps[level].score),)
+        (refined,) = refine_proposals(*maps, [Proposal(place)], fixed, alignment)
+        other = bend_hypothesis(*maps, refined, fixed, alignment)
+        near = (Alternative(other.target_from_source, other.scores(alignment.elastic)[level]),)
     return dataclasses.replace(answer, alternatives=(*near, *elsewhere)[: settings.pair.alternatives])
+
+
+def _level(
+    target: PreparedMap, source: PreparedMap, scale: float, tolerance: float, settings: WallOverlapSettings
+) -> int:
+    """Return the index of the tightest tolerance that is at least that of an answer, in cells of the coarser map."""
+    levels = range(len(settings.tolerance_shares))
+    cells = [tolerance_cells(target, source, scale, settings, level) / max(1.0, scale) for level in levels]
+    return max(level for level in levels if level == 0 or cells[level] >= tolerance * (1.0 - 1e-9))
 
 
 def _split_by(
@@ -339,26 +350,26 @@ def _split_by(
 def _evidence(
     target: PreparedMap,
     source: PreparedMap,
-    best: Hypothesis,
+    best: BentHypothesis,
     level: int,
     second_best_score: float,
     precision_probability: float,
     settings: AlignmentSettings,
 ) -> Evidence:
     cells = compare_cells(target.grid, source.grid, best.target_from_source)
-    contradiction = measure_contradiction(target, source, best.target_from_source, level, settings)
-    walls = best.overlaps[level]
+    contradiction = measure_contradiction(target, source, best.target_from_source, best.bend, settings)
+    walls = best.rigid[level]
     return Evidence(
         acceptance_index=cells.acceptance_index,
         wall_inlier_ratio=walls.inlier_ratio,
         free_space_violation=walls.violation_ratio,
-        deep_free_space_violation=best.overlap.violation_ratio,
+        deep_free_space_violation=best.rigid[0].violation_ratio,
         common_known_cells=cells.known,
         overlap=cells.overlap,
         inlier_length_cells=walls.inlier_length,
         tolerance_cells=walls.tolerance,
         normal_isotropy=walls.normal_isotropy,
-        score=walls.score,
+        score=best.scores(settings.elastic)[level],
         second_best_score=second_best_score,
         precision_probability=precision_probability,
         matches=best.proposal.matches,
@@ -367,4 +378,5 @@ def _evidence(
         local_violation=contradiction.violation_ratio,
         conflict_ratio=contradiction.conflict_ratio,
         conflict_cells=contradiction.conflict_cells,
+        strain=best.bend.strain,
     )

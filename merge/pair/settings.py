@@ -46,6 +46,8 @@ class PairSettings:
 
     - ``min_wall_points``: maps with fewer are not matched;
     - ``promising_score``: the next proposer is asked first if no quickly refined proposal scores so much;
+    - ``competing_score``: rivals of an answer are sought only if its walls, not bent, score so much by the loosest
+      tolerance; less is refused anyway;
     - ``sure_score``: no further proposer is asked after an answer that scores so much, with a margin of
       ``AcceptanceSettings.margin_cap``;
     - ``alternatives``: this many other transforms are reported;
@@ -55,6 +57,7 @@ class PairSettings:
 
     min_wall_points: int = 20
     promising_score: float = 0.25
+    competing_score: float = 0.4
     sure_score: float = 0.45
     alternatives: int = 3
     same_log_scale: float = math.log(1.03)

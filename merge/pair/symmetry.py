@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,13 +18,14 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.contradiction import measure_contradiction
 from merge.alignment.deduplication import deduplicate
+from merge.alignment.elastic import bend_onto
 from merge.alignment.hypotheses import Hypothesis, rank_proposals, refine_proposals
 from merge.alignment.settings import AlignmentSettings
 from merge.pair.settings import SymmetrySettings
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.correlation import CorrelationSettings, correlate
 from merge.records.proposal import Proposal
-from merge.verification.wall_overlap import measure_wall_overlap_by_tolerance
+from merge.verification.wall_overlap import measure_wall_overlap
 
 
 @dataclass(frozen=True)
@@ -62,16 +63,15 @@ def other_placement(
 
     The place, as both maps show it at the answer, is compared with itself after each half turn of the target's cells.
     It is symmetric if enough of its walls lie on each other, in more than one direction, and if they contradict little
-    more than the two maps do at the answer: by the loosest tolerance, and by that of the ``level`` with drift
-    compensated.
+    more than the two maps do at the answer: by the loosest tolerance, and by that of the ``level`` after a bend.
     """
     target, source = maps
     pair = (_Part(target, source, answer, 1.0),)
-    ratio = _walls(pair, 0, alignment).inlier_ratio - settings.max_ratio_loss
+    ratio = _walls(pair, alignment).inlier_ratio - settings.max_ratio_loss
     least = settings.min_share * (len(target.points) + answer.scale * len(source.points))
     fits = []
     for turn in half_turns:
-        walls = _walls(_turned(target, source, answer, turn), 0, alignment)
+        walls = _walls(_turned(target, source, answer, turn), alignment)
         spread = walls.normal_isotropy >= settings.min_normal_isotropy
         if walls.inlier_ratio >= ratio and walls.inlier_length >= least and spread:
             fits.append((walls.inlier_ratio, Proposal(turn @ answer)))
@@ -122,12 +122,9 @@ def _turned(target: PreparedMap, source: PreparedMap, answer: Similarity2, turn:
     )
 
 
-def _walls(parts: Sequence[_Part], level: int, settings: AlignmentSettings) -> _Walls:
+def _walls(parts: Sequence[_Part], settings: AlignmentSettings) -> _Walls:
     points, overlap = settings.hypotheses.final_points, settings.overlap
-    found = [
-        measure_wall_overlap_by_tolerance(one.below, one.above, one.below_from_above, points, overlap)[level]
-        for one in parts
-    ]
+    found = [measure_wall_overlap(one.below, one.above, one.below_from_above, points, overlap) for one in parts]
     weights = [one.weight for one in parts]
     inlier = sum(w * one.inlier_length for w, one in zip(weights, found, strict=True))
     compared = sum(w * one.compared_length for w, one in zip(weights, found, strict=True))
@@ -136,10 +133,11 @@ def _walls(parts: Sequence[_Part], level: int, settings: AlignmentSettings) -> _
 
 
 def _violation(parts: Sequence[_Part], level: int, settings: AlignmentSettings) -> float:
-    """Return the share of the compared walls that contradict (``Contradiction``), over all parts."""
-    ratios = [
-        measure_contradiction(one.below, one.above, one.below_from_above, level, settings).violation_ratio or 0.0
-        for one in parts
-    ]
-    lengths = [_walls((one,), level, settings).compared_length for one in parts]
+    """Return the share of the compared walls that contradict after a bend (``Contradiction``), over all parts."""
+    ratios, strict = [], replace(settings, contradiction=replace(settings.contradiction, level=level))
+    for one in parts:
+        maps = one.below, one.above, one.below_from_above
+        bend = bend_onto(*maps, settings.elastic)
+        ratios.append(measure_contradiction(*maps, bend, strict).violation_ratio or 0.0)
+    lengths = [_walls((one,), settings).compared_length for one in parts]
     return float(np.average(ratios, weights=lengths)) if sum(lengths) > 0.0 else 0.0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, total_ordering
 from typing import Protocol, TypeVar
 
@@ -151,7 +152,9 @@ def to_result(task: PairTask, answer: PairAnswer, features: tuple[MapFeatures, M
         return _pixels(features[0], cells, features[1], frames)
 
     def in_metres(cells: Similarity2) -> Similarity2:
-        return similarity_from_pixels(frames[0], in_pixels(cells), frames[1])
+        metres = similarity_from_pixels(frames[0], in_pixels(cells), frames[1])
+        bounded = task.scale.clip(metres.scale)  # a scale at a bound is that bound, not a rounding beside it
+        return replace(metres, scale=bounded) if math.isclose(metres.scale, bounded, rel_tol=1e-12) else metres
 
     found, metric, covariance = answer.target_from_source, None, None
     if found is not None:

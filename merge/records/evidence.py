@@ -20,14 +20,17 @@ class Evidence:
       the maps, the smaller;
     - ``inlier_length_cells``: length of the matched walls, in cells of the coarser map;
     - ``normal_isotropy``: 0 if all matched walls are parallel, 1/2 if both directions have the same length;
-    - ``score``: the alignment score that ranks hypotheses, 0 to 1;
-    - ``second_best_score``: score of the best hypothesis elsewhere, 0 if there was none;
+    - ``score``: the alignment score after the source was bent onto the target, by that tolerance, less the cost of
+      the strain, 0 to 1;
+    - ``second_best_score``: the same of the best hypothesis elsewhere, 0 if there was none;
     - ``precision_probability``: probability, by the answer's covariance, that an answer at the right place is within 2
       degrees of rotation and 3 % of scale;
-    - ``local_violation``: share of the walls in the overlap that lie in the other map's free space although every part
-      of the maps was aligned by itself, so that drift does not explain it (``Contradiction``);
+    - ``local_violation``: share of the walls in the overlap that lie in the other map's free space although the source
+      was bent, so that drift does not explain it (``Contradiction``);
     - ``conflict_ratio``: share of them in long connected pieces; ``conflict_cells``: their number, in cells of the
-      coarser map. The three are None in records of older versions;
+      coarser map;
+    - ``strain``: root mean square of the strain of the bend, 0 for a rigid motion. The four are None in records of
+      older versions;
     - ``matches``, ``inliers``: point pairs of the method, and those that agree; None for a method without any;
     - ``votes``: number of proposals that converged to this answer;
     - ``alike_placements``: number of placements that fit alike because the place is symmetric, this one among them; 1
@@ -52,4 +55,5 @@ class Evidence:
     local_violation: float | None = None
     conflict_ratio: float | None = None
     conflict_cells: float | None = None
+    strain: float | None = None
     alike_placements: int | None = None

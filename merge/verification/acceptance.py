@@ -42,9 +42,8 @@ def margin(evidence: Evidence) -> float:
 
 
 def features(evidence: Evidence, settings: AcceptanceSettings) -> tuple[float, float, float]:
-    """Return the margin, the contradiction and the conflict that the weights multiply; caps cut the first two."""
-    contradiction = min(evidence.local_violation or 0.0, settings.contradiction_cap)
-    return min(margin(evidence), settings.margin_cap), contradiction, evidence.conflict_ratio or 0.0
+    """Return the margin, at most its cap, the contradiction and the conflict, which the weights multiply."""
+    return min(margin(evidence), settings.margin_cap), evidence.local_violation or 0.0, evidence.conflict_ratio or 0.0
 
 
 def _log_odds(evidence: Evidence, settings: AcceptanceSettings) -> float:

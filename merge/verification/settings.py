@@ -67,16 +67,13 @@ class AcceptanceSettings:
 
     The log-odds that the answer is right are ``margin_weight`` times the margin, less ``contradiction_weight`` times
     the contradiction, less ``conflict_weight`` times the conflict, less ``threshold``. The margin is the score less the
-    second best score. The contradiction is the share of the compared walls that lie in free space although every part
-    of the maps was aligned by itself; the conflict is the share of them in long pieces. Neither depends on the overlap:
-    a wrong place where little overlaps pays as much. Margin and threshold were fitted to generated pairs by ``mapquilt
-    calibrate``; then the threshold was raised by 0.4, because more pairs of a team do not match than the third that
-    the fit assumes. (The fit gave the score itself no weight beside the margin.) The other two were chosen with these
-    held, on pairs of four lidars and two levels of noise, and on pairs of storeys that share a part of their walls.
+    second best score. The contradiction is the share of the compared walls that lie in free space although the source
+    was bent; the conflict is the share of them in long pieces. Neither depends on the overlap: a wrong place where
+    little overlaps pays as much. ``mapquilt calibrate`` fitted about these weights to generated pairs with and without
+    disturbances, and to maps of other storeys; the last two are somewhat larger and the threshold is higher by 1.5,
+    because more pairs of a team do not match than the third that the fit assumes. The score itself got no weight.
 
     - ``margin_cap``: a larger margin counts as this, or a poor answer would pass for want of any other;
-    - ``contradiction_cap``: a larger contradiction counts as this, because trees and furniture that one robot saw and
-      the other did not contradict as much; only a conflict goes on to count;
     - ``min_inlier_length_cells``, ``min_normal_isotropy``: the matched walls must be so long, and run in more than one
       direction;
     - ``min_overlap``: the maps must share this fraction of the area that the smaller one knows;
@@ -86,16 +83,15 @@ class AcceptanceSettings:
     - ``missing_log_odds``: an answer that fails one of these minima has less than minus this log-odds.
     """
 
-    margin_weight: float = 24.75
-    contradiction_weight: float = 126.0
-    conflict_weight: float = 25.0
-    threshold: float = -0.5
-    margin_cap: float = 0.25
-    contradiction_cap: float = 0.043
+    margin_weight: float = 20.0
+    contradiction_weight: float = 12.0
+    conflict_weight: float = 20.0
+    threshold: float = 1.2
+    margin_cap: float = 0.3
     min_inlier_length_cells: float = 50.0
     min_normal_isotropy: float = 0.08
     min_overlap: float = 0.1
-    min_score: float = 0.4
+    min_score: float = 0.2
     min_relative_margin: float = 0.1
     min_confidence: float = 0.6
     missing_log_odds: float = 2.0

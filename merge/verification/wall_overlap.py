@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
 from merge.preparation.surface import Surface, depth_at, nearest_point, normal_cosine, thinned
+from merge.records.bend import Bend
 from merge.verification.settings import WallOverlapSettings
 
 
@@ -52,14 +53,14 @@ class WallOverlap:
 
     @property
     def score(self) -> float:
-        """Alignment score, 0 to 1: the inlier ratio squared, times the cube root of the inliers' share of all walls.
+        """Alignment score, 0 to 1: the inlier ratio squared, times the square root of the inliers' share of all walls.
 
         So contradiction costs more than little overlap.
         """
         if self.inlier_length == 0.0:
             return 0.0
         share = min(1.0, self.inlier_length / self.shorter_length)
-        return (self.inlier_length / self.compared_length) ** 2 * math.cbrt(share)
+        return (self.inlier_length / self.compared_length) ** 2 * math.sqrt(share)
 
 
 def tolerance_cells(
@@ -95,15 +96,16 @@ def measure_wall_overlap_by_tolerance(
     target_from_source: Similarity2,
     max_points: int = 2**31,
     settings: WallOverlapSettings = WallOverlapSettings(),
+    bend: Bend | None = None,
 ) -> tuple[WallOverlap, ...]:
-    """Measure the same by every tolerance, loosest first."""
+    """Measure the same by every tolerance, loosest first; with a ``bend``, after the source was bent."""
     levels = len(settings.tolerance_shares)
-    return _measure(target, source, target_from_source, max_points, settings, levels)
+    return _measure(target, source, target_from_source, max_points, settings, levels, bend)
 
 
 def classify_walls(
-    below: PreparedMap,
-    above: PreparedMap,
+    below: Surface,
+    above: Surface,
     members: NDArray[np.intp],
     below_from_above: Similarity2,
     tolerance: float,
@@ -114,9 +116,7 @@ def classify_walls(
     They lie on a wall of ``below`` with the same orientation, just in front of one with the opposite orientation, or
     deeper than ``tolerance`` [cells of ``below``] in its free space.
     """
-    return _classify(
-        below.surface, above.surface, members, below_from_above.matrix(), np.array([tolerance]), min_cosine
-    )
+    return _classify(below, above, members, below_from_above.matrix(), np.array([tolerance]), min_cosine)
 
 
 def _measure(
@@ -126,12 +126,13 @@ def _measure(
     max_points: int,
     settings: WallOverlapSettings,
     levels: int,
+    bend: Bend | None = None,
 ) -> tuple[WallOverlap, ...]:
     scale, cosine = target_from_source.scale, settings.min_normal_cosine
     tolerances = np.array([tolerance_cells(target, source, scale, settings, level) for level in range(levels)])
-    back = target_from_source.inverse()
-    there, scatter = _overlay(target, source, target_from_source, tolerances, max_points, cosine)
-    here, scatter_back = _overlay(source, target, back, tolerances / scale, max_points, cosine)
+    bent, seen, back = bent_surfaces(target, source, target_from_source, bend)
+    there, scatter = _overlay(target.surface, bent, target_from_source, tolerances, max_points, cosine)
+    here, scatter_back = _overlay(source.surface, seen, back, tolerances / scale, max_points, cosine)
     coarser = max(1.0, scale)
     isotropy = _isotropy(scatter * scale + _rotated(scatter_back, target_from_source.yaw))
     shorter = min(scale * len(source.points), float(len(target.points))) / coarser
@@ -142,19 +143,33 @@ def _measure(
     )
 
 
+def bent_surfaces(
+    target: PreparedMap, source: PreparedMap, target_from_source: Similarity2, bend: Bend | None
+) -> tuple[Surface, Surface, Similarity2]:
+    """Return the source's surface after the bend; the target's, to be compared with the source before the bend; and the
+    transform for the latter, source from target.
+
+    Normals do not bend: a strain of some per cent turns them by as little.
+    """
+    back = target_from_source.inverse()
+    if bend is None:
+        return source.surface, target.surface, back
+    bent = (bend.apply(source.points), *source.surface[1:])
+    seen = (bend.remove(back.apply(target.points)), Similarity2(yaw=back.yaw).apply(target.normals))
+    return bent, (*seen, *target.surface[2:]), Similarity2()
+
+
 def _overlay(
-    below: PreparedMap,
-    above: PreparedMap,
+    below: Surface,
+    above: Surface,
     below_from_above: Similarity2,
     tolerances: NDArray[np.float64],
     max_points: int,
     min_cosine: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return inlier, opposed and violation lengths (K, 3), and the sum (2, 2) of n n^T in the frame of ``below``."""
-    kept, weight = thinned(len(above.points), max_points)
-    lengths, (xx, xy, yy) = _count_wall_overlap(
-        below.surface, above.surface, kept, below_from_above.matrix(), tolerances, min_cosine
-    )
+    kept, weight = thinned(len(above[0]), max_points)
+    lengths, (xx, xy, yy) = _count_wall_overlap(below, above, kept, below_from_above.matrix(), tolerances, min_cosine)
     return weight * lengths, weight * np.array([[xx, xy], [xy, yy]])
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from mapping.geometry.similarity2 import Similarity2
 from merge import MergeSettings
-from merge.alignment.settings import AlignmentSettings, HypothesisSettings, PatchwiseSettings
+from merge.alignment.settings import AlignmentSettings, ElasticSettings, HypothesisSettings
 from merge.literature.acceptance import no_answer
 from merge.methods import method_names, published_names, register
 from merge.pair.pipeline import match
@@ -46,9 +46,9 @@ def test_every_leaf_is_a_number_a_text_or_a_tuple_of_numbers():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: PatchwiseSettings(min_points=-1), "PatchwiseSettings: min_points is -1, must be positive"),
-        (lambda: PatchwiseSettings(rounds=1.5), "PatchwiseSettings: rounds is 1.5, must be a whole number"),
-        (lambda: PatchwiseSettings(gate_shares=()), "PatchwiseSettings: gate_shares is empty"),
+        (lambda: ElasticSettings(min_points=-1), "ElasticSettings: min_points is -1, must be positive"),
+        (lambda: ElasticSettings(max_points=1.5), "ElasticSettings: max_points is 1.5, must be a whole number"),
+        (lambda: ElasticSettings(gate_shares=()), "ElasticSettings: gate_shares is empty"),
         (lambda: HypothesisSettings(crisp_ratio=1.2), "HypothesisSettings: crisp_ratio is 1.2, must lie between 0"),
         (lambda: PreparationSettings(behind_walls=float("nan")), "PreparationSettings: behind_walls is nan, must be"),
         (lambda: PreparationSettings(border_cells=-2), "PreparationSettings: border_cells is -2, must not be negative"),

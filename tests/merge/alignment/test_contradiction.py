@@ -10,11 +10,14 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.contradiction import Contradiction, measure_contradiction
+from merge.alignment.elastic import bend_onto
+from merge.alignment.settings import AlignmentSettings, ContradictionSettings
 from merge.preparation.prepared_map import PreparedMap
+from merge.records.bend import Bend
 from merge.verification.wall_overlap import measure_wall_overlap_by_tolerance
 
 SHAPE = (300, 400)
-LOOSEST, TIGHTER = 0, 2
+TIGHTER = 2
 
 
 def storey(pieces=(), bend: float = 0.0) -> PreparedMap:
@@ -35,8 +38,14 @@ def storey(pieces=(), bend: float = 0.0) -> PreparedMap:
     return PreparedMap(OccupancyGrid.from_occupancy(GridFrame(1.0, SE2(), SHAPE), cells))
 
 
+def settings_of(level: int) -> AlignmentSettings:
+    return AlignmentSettings(contradiction=ContradictionSettings(level=level))
+
+
 def measured(target: PreparedMap, source: PreparedMap, level: int = TIGHTER) -> Contradiction:
-    return measure_contradiction(target, source, Similarity2(), level)
+    return measure_contradiction(
+        target, source, Similarity2(), bend_onto(target, source, Similarity2()), settings_of(level)
+    )
 
 
 def test_a_map_does_not_contradict_itself():
@@ -44,7 +53,7 @@ def test_a_map_does_not_contradict_itself():
 
 
 def test_drift_is_no_contradiction():
-    """The walls move by up to 12 cells, four times the tolerance; but each part still fits."""
+    """The walls move by up to 12 cells, four times the tolerance; but bent, they fit."""
     straight, bent = storey(), storey(bend=12.0)
     rigid = measure_wall_overlap_by_tolerance(straight, bent, Similarity2())[TIGHTER]
     found = measured(straight, bent)
@@ -69,14 +78,15 @@ def test_many_small_objects_that_one_robot_saw_are_a_violation_but_no_conflict()
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.5])
-def test_swapping_the_maps_changes_nothing(scale):
+def test_without_a_bend_swapping_the_maps_changes_nothing(scale):
     target, source = storey([(220, 60, 3, 100)]), storey([(60, 300, 40, 3)], bend=5.0)
-    answer = Similarity2(4.0, -3.0, 0.02, scale)
-    there = measure_contradiction(target, source, answer, TIGHTER)
-    back = measure_contradiction(source, target, answer.inverse(), TIGHTER)
-    assert there.violation_ratio == pytest.approx(back.violation_ratio, rel=1e-9)
-    assert there.conflict_cells == pytest.approx(back.conflict_cells, rel=1e-9)
+    answer, still = Similarity2(4.0, -3.0, 0.02, scale), Bend(np.zeros(2), 100.0, np.zeros((4, 5, 2)))
+    there = measure_contradiction(target, source, answer, still, settings_of(TIGHTER))
+    back = measure_contradiction(source, target, answer.inverse(), still, settings_of(TIGHTER))
+    assert there.violation_ratio == pytest.approx(back.violation_ratio, rel=1e-6)
+    assert there.conflict_cells == pytest.approx(back.conflict_cells, rel=1e-6)
 
 
 def test_maps_without_common_ground_say_nothing():
-    assert measure_contradiction(storey(), storey(), Similarity2(5000.0), LOOSEST) == Contradiction(None, None, 0.0)
+    far, one = Similarity2(5000.0), storey()
+    assert measure_contradiction(one, one, far, bend_onto(one, one, far)) == Contradiction(None, None, 0.0)

@@ -9,8 +9,9 @@ import pytest
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.deduplication import rms_displacement
-from merge.alignment.hypotheses import Hypothesis, ranked, refine_proposals, tightest_tolerance
-from merge.alignment.settings import HypothesisSettings
+from merge.alignment.hypotheses import BentHypothesis, Hypothesis, ranked, refine_proposals
+from merge.alignment.settings import ElasticSettings, HypothesisSettings
+from merge.records.bend import Bend
 from merge.records.proposal import Proposal
 from merge.verification.settings import WallOverlapSettings
 from merge.verification.wall_overlap import WallOverlap
@@ -34,23 +35,37 @@ ALIKE = candidate(995.0, 900.0, 700.0, 400.0, 200.0)
 DISTORTED = candidate(900.0, 700.0, 500.0, 300.0, 200.0)
 
 
-def test_crisp_maps_use_the_tightest_tolerance_and_distorted_ones_the_loosest():
-    assert tightest_tolerance([CRISP]) == len(WallOverlapSettings.tolerance_shares) - 1
-    assert tightest_tolerance([DISTORTED]) == 0
-    assert tightest_tolerance([]) == len(WallOverlapSettings.tolerance_shares) - 1
+def bent(hypothesis: Hypothesis) -> BentHypothesis:
+    """A bent hypothesis whose walls overlap so after the bend."""
+    still = Bend(np.zeros(2), 10.0, np.zeros((2, 2, 2)))
+    overlaps = hypothesis.overlaps
+    return BentHypothesis(hypothesis.target_from_source, still, overlaps, overlaps, hypothesis.proposal)
 
 
-def test_a_similar_but_wrong_placement_comes_second():
-    assert ALIKE.overlap.score > CRISP.overlap.score  # by the loosest tolerance it would come first
-    assert ranked([ALIKE, CRISP]) == [CRISP, ALIKE]
+def test_crisp_maps_are_judged_by_the_tightest_tolerance_and_blurred_ones_by_the_loosest():
+    assert bent(CRISP).tightest_tolerance() == len(WallOverlapSettings.tolerance_shares) - 1
+    assert bent(DISTORTED).tightest_tolerance() == 0
 
 
-def test_a_tolerance_is_met_if_one_hypothesis_keeps_its_score():
-    # the score is the power 2 + 1/3 of the inlier ratio
-    share = 1000.0 * (HypothesisSettings.min_tolerance_score + 0.01) ** (3.0 / 7.0)
-    assert tightest_tolerance([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 1
-    share = 1000.0 * (HypothesisSettings.min_tolerance_score - 0.01) ** (3.0 / 7.0)
-    assert tightest_tolerance([candidate(1000.0, share, 10.0, 10.0, 10.0)]) == 0
+def test_bent_hypotheses_are_compared_by_the_mean_over_all_tolerances():
+    assert ALIKE.overlap.score > CRISP.overlap.score
+    assert bent(ALIKE).score() < bent(CRISP).score()
+
+
+def test_strain_lowers_the_score_but_not_below_zero():
+    stretched = dataclasses.replace(bent(CRISP), bend=Bend(np.zeros(2), 10.0, np.array([[[0.0, 0], [1, 0]]] * 2)))
+    assert stretched.bend.strain == pytest.approx(0.1)
+    free, costly = ElasticSettings(), ElasticSettings(strain_cost=100.0)
+    assert np.allclose(stretched.scores(free), np.array(bent(CRISP).scores()) - 0.1 * free.strain_cost)
+    assert stretched.scores(costly) == [0.0] * 5
+
+
+def test_a_tolerance_is_met_if_the_score_is_kept():
+    # the score is the power 2 + 1/2 of the inlier ratio
+    share = 1000.0 * (HypothesisSettings.min_tolerance_score + 0.01) ** 0.4
+    assert bent(candidate(1000.0, share, 10.0, 10.0, 10.0)).tightest_tolerance() == 1
+    share = 1000.0 * (HypothesisSettings.min_tolerance_score - 0.01) ** 0.4
+    assert bent(candidate(1000.0, share, 10.0, 10.0, 10.0)).tightest_tolerance() == 0
 
 
 @pytest.mark.parametrize("order", [(ALIKE, DISTORTED, CRISP), (CRISP, ALIKE, DISTORTED)])
