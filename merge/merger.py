@@ -55,8 +55,9 @@ def merge_maps(
     team = Team.of(maps, settings, seed, on_progress, runner)
     known = {team.pair(*names): answer for names, answer in (answers or {}).items() if set(names) <= set(maps.names)}
     solution = stitch(team) if settings.trust_priors else solve(team, known)
+    result = merge_result(team, solution)
     team.forget_features()
-    return merge_result(team, solution)
+    return result
 
 
 def match_maps(

@@ -69,6 +69,8 @@ class MergeSettings:
     - ``acceptance``: how certain an answer must be;
     - ``reference``: name of the map in whose frame its cluster is expressed; None takes the first given;
     - ``fusion``: rule that combines cells that several maps know; ``merged_grid``: the grid of the result;
+    - ``elastic``: bend the maps of a group until their walls fall together, before they are fused; transforms and
+      verdicts stay;
     - ``priors``: start poses of maps, as far as they are known; ``trust_priors``: all maps are joined at these, without
       matching or verification;
     - the others: settings of the steps.
@@ -84,6 +86,7 @@ class MergeSettings:
     reference: str | None = None
     fusion: FusionName = "log_odds"
     merged_grid: FusionSettings = field(default_factory=FusionSettings)
+    elastic: bool = False
     priors: tuple[Prior, ...] = ()
     trust_priors: bool = False
     prior: PriorSettings = field(default_factory=PriorSettings)

@@ -13,7 +13,7 @@ from mapping.io.safe_load import printable
 from mapping.map_set import MapSet, Unit
 from mapping.wording import counted, fixed, merged_count
 from mapquilt.viz.text_table import plain_table
-from merge.records.result import MergeResult, PairResult
+from merge.records.result import MergedGroup, MergeResult, PairResult
 
 PLAIN_WIDTH = 80
 """Columns if the output is not a terminal."""
@@ -64,10 +64,25 @@ def merge_table(maps: MapSet, result: MergeResult, alternatives: bool = False) -
     for group in result.groups[1:]:
         if len(group.reference_from_map) > 1:
             summary += f"; {len(group.reference_from_map)} more, frame of {group.reference}"
+    notes += [text for group in result.groups for text in _bends(maps, group)]
     if not result.confidence_calibrated:
         summary += "; confidence is uncalibrated"
     table.caption = "\n".join((*notes, summary))
     return table
+
+
+def _bends(maps: MapSet, group: MergedGroup) -> tuple[str, ...]:
+    """Name the largest bend of each map of a group; or say that elastic merging gained nothing."""
+    if group.rigid_conflict_cells is None:
+        return ()
+    if not group.bends:
+        return (f"{', '.join(group.reference_from_map)}: not bent, because bending brings no walls together",)
+    bent = [
+        f"{name}: bent by up to {bend.largest_bend:.2f} {_plural(maps.units[maps.names.index(name)])}, strain "
+        f"{100.0 * bend.strain:.1f} %{', straightened' if bend.straightened else ''}"
+        for name, bend in group.bends.items()
+    ]
+    return (*bent, f"cells in conflict: {group.conflict_cells}; {group.rigid_conflict_cells} without bends")
 
 
 def doubled_walls(result: MergeResult, written: bool) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ def settings_before(record: Mapping[str, Any], resolutions_trusted: bool) -> Mer
         as_published=record["method"].endswith(PUBLISHED),
         reference=record["reference"] if known else None,
         fusion=record["fusion"],
+        elastic=record.get("elastic", False),
         priors=priors,
     )
     least = record["min_confidence"]

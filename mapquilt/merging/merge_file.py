@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from mapping.arrays import frozen_array
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.json_file import read_record, similarity_from_record, similarity_record
 from mapquilt.leaves import changed_leaves
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, map_fingerprint
 from mapquilt.runs import folder as run_folder
+from merge.records.bend import Bend
+from merge.records.bent_map import BentMap
 from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative
 from merge.records.result import MergedGroup, MergeResult, PairResult
@@ -31,7 +34,7 @@ class MergeTree:
     merge: MergeSettings = field(default_factory=MergeSettings)
 
 
-RECORDED_APART = ("method", "scale", "as_published", "reference", "fusion", "acceptance.min_confidence")
+RECORDED_APART = ("method", "scale", "as_published", "reference", "fusion", "elastic", "acceptance.min_confidence")
 """Settings that have their own field in merge.json."""
 
 
@@ -42,6 +45,7 @@ def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result
         "schema": SCHEMA,
         **settings_record(settings, settings.scale or maps.scale_range, seed),
         "fusion": settings.fusion,
+        "elastic": settings.elastic,
         "confidence_calibrated": result.confidence_calibrated,
         "reference": result.reference,
         "reference_requested": settings.reference is not None,
@@ -79,13 +83,35 @@ def _group_record(group: MergedGroup, index: int) -> dict[str, Any]:
         "reference": group.reference,
         "merged": merged,
         "conflicts": conflicts,
-        "conflict_cells": int(np.count_nonzero(group.conflicts.occupied)),
+        "conflict_cells": group.conflict_cells,
+        "rigid_conflict_cells": group.rigid_conflict_cells,
         "doubled_walls": group.doubled_walls,
+        "bends": [_bend_record(name, bent) for name, bent in group.bends.items()],
         "maps": [
             {"name": name, "reference_from_map": similarity_record(place)}
             for name, place in group.reference_from_map.items()
         ],
     }
+
+
+def _bend_record(name: str, bent: BentMap) -> dict[str, Any]:
+    """Build the record of a bent map: its control grid in cells of the map, and the displacements of the nodes."""
+    return {
+        "name": name,
+        "strain": bent.strain,
+        "largest_bend": bent.largest_bend,
+        "straightened": bent.straightened,
+        "corner": bent.bend.corner.tolist(),
+        "spacing": bent.bend.spacing,
+        "displacements": bent.bend.nodes.tolist(),
+    }
+
+
+def read_bend(entry: dict[str, Any]) -> BentMap:
+    """Read the bend of a map from its record."""
+    nodes = frozen_array(np.array(entry["displacements"]), np.float64)
+    bend = Bend(frozen_array(np.array(entry["corner"]), np.float64), entry["spacing"], nodes)
+    return BentMap(bend, entry["largest_bend"], entry["straightened"])
 
 
 def has_files(group: MergedGroup, index: int) -> bool:

@@ -29,6 +29,7 @@ _OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NA
 
 _NOT_ALWAYS = (
     run_folder.REFUSED_PICTURE,
+    run_folder.ELASTIC_PICTURE,
     run_folder.ALIGN_FILE,
     f"{run_folder.YAW_ZERO_NAME}.yaml",
     f"{run_folder.YAW_ZERO_NAME}.pgm",
@@ -59,6 +60,7 @@ def merge_files(
     folder: Path, inputs: MergeInputs, settings: MergeSettings, seed: int, result: MergeResult
 ) -> dict[Path, bytes]:
     """Build the files of a merge by path, as bytes."""
+    from mapquilt.viz.elastic_picture import elastic_figure
     from mapquilt.viz.merge_picture import merge_figure
     from mapquilt.viz.refused_picture import pairs_to_show, refused_figure
 
@@ -73,6 +75,8 @@ def merge_files(
                 files |= with_unit(map_files(grid, folder / stem), unit, group.reference)
     files[folder / run_folder.TRANSFORMS_FILE] = transforms_text(inputs.maps, result).encode()
     files[folder / run_folder.MERGE_PICTURE] = figure_png(merge_figure(inputs.maps, result.groups))
+    if any(group.bends for group in result.groups):
+        files[folder / run_folder.ELASTIC_PICTURE] = figure_png(elastic_figure(inputs.maps, result.groups))
     refused = pairs_to_show(result)
     if refused:
         remedies = [remedy(pair, inputs.maps, settings) for pair in refused]

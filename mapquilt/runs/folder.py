@@ -8,7 +8,8 @@ truth.json           true transforms of the maps
 truth/               true raster of the world, and the part of it that each robot observed
 coverage.json        observed share of the world over time, with coverage.png
 merge.json           result of the merge, with merged.pgm, merged.yaml, conflicts, transforms.yaml and merge.png;
-                     refused.png if maps were not joined; align.json and merged_yaw_0 if a person placed them
+                     refused.png if maps were not joined; elastic.png if maps were bent; align.json and merged_yaw_0
+                     if a person placed them
 score.json           evaluation of the merge against the truth, with overview.png
 timings.json         seconds; only this file differs between two runs of one seed
 """
@@ -52,6 +53,7 @@ IN_FRAME_NAME = "merged_in_frame"
 TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 REFUSED_PICTURE = "refused.png"
+ELASTIC_PICTURE = "elastic.png"
 ALIGN_FILE = "align.json"
 OVERVIEW_PICTURE = "overview.png"
 
@@ -68,6 +70,7 @@ ANSWER_FILES = (
     TRANSFORMS_FILE,
     MERGE_PICTURE,
     REFUSED_PICTURE,
+    ELASTIC_PICTURE,
     ALIGN_FILE,
     SCORE_FILE,
     OVERVIEW_PICTURE,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -19,6 +20,7 @@ from mapping.wording import counted, merged_count
 from mapquilt.viz.palette import CONFLICT, CONFLICT_FREE, FREE, UNKNOWN, at_screen_size, map_colours, of_255, picture
 from mapquilt.viz.panels import Extent, lay_out, short_name, write_title
 from mapquilt.viz.png import default_style
+from merge.records.bent_map import bent_grid
 from merge.records.result import MergedGroup
 
 LONGEST_REFERENCE = 20
@@ -30,7 +32,7 @@ OPACITY = 0.9
 
 @default_style()
 def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
-    """Draw the merged map of each group, the walls of its maps over one another, and every input map.
+    """Draw the merged map of each group, the walls of its maps, bent as they were, and every input map.
 
     The merged map is that of its file, with the cells in conflict in red, pale where it has them free. A group of one
     map is only drawn if it is the first.
@@ -55,7 +57,7 @@ def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
         )
     for panel, group in zip(panels[len(shown) :], overlays, strict=False):
         show_grid(panel, group.merged, walls=False)
-        show_all_walls(panel, maps, group.reference_from_map)
+        show_all_walls(panel, _bent(maps, group), group.reference_from_map)
         of_group = "" if len(shown) == 1 else f" of merged map {number_of[group.reference]}"
         write_title(panel, f"walls{of_group}", "of each map in its colour, over the free cells")
     colours = map_colours(maps.names)
@@ -67,6 +69,15 @@ def merge_figure(maps: MapSet, groups: Sequence[MergedGroup]) -> Figure:
         merged = any(name in each.reference_from_map for each in overlays)
         write_title(panel, name, joined if merged else "not merged", colour)
     return figure
+
+
+def _bent(maps: MapSet, group: MergedGroup) -> MapSet:
+    """Bend the maps that were bent before they were fused."""
+    grids = tuple(
+        bent_grid(grid, group.bends[name].bend) if name in group.bends else grid
+        for name, grid in zip(maps.names, maps.grids, strict=True)
+    )
+    return dataclasses.replace(maps, grids=grids)
 
 
 def _show_conflicts(panel: Axes, group: MergedGroup) -> None:

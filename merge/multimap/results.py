@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.fusion import finest, fuse_and_compare
+from merge.multimap.elastic_fusion import bend_group
 from merge.multimap.graph import Cluster
 from merge.multimap.team import Solution, Team
+from merge.records.bent_map import bent_grid
 from merge.records.result import MergedGroup, MergeResult, PairResult
 
 CALIBRATED = "quilt"
@@ -29,6 +34,7 @@ def merge_result(team: Team, solution: Solution) -> MergeResult:
 
 
 def _merged(team: Team, cluster: Cluster) -> MergedGroup:
+    """Fuse a cluster; elastically, if asked, and if fewer walls then lie in the free space of other maps."""
     names = [name for name in team.names if team.index(name) in cluster.poses]
     reference = str(team.settings.reference) if team.settings.reference in names else names[0]
     placed = {name: team.metric(cluster, reference, name) for name in names}
@@ -37,7 +43,30 @@ def _merged(team: Team, cluster: Cluster) -> MergedGroup:
     frame = grid_of[reference].cropped().frame
     if team.maps.metric:
         frame = finest(frame, [grid_of[name].frame.resolution * pose.scale for name, pose in placed.items()])
-    grids = [(placed[name], grid_of[name].cropped()) for name in team.maps.names if name in placed]
+    members = [name for name in team.maps.names if name in placed]
+    grids = [(placed[name], grid_of[name].cropped()) for name in members]
+    rigid = _fused(team, frame, placed, reference, grids)
+    if not team.settings.elastic or len(members) == 1:
+        return rigid
+    bends = bend_group([(placed[name], grid_of[name]) for name in members], team.settings, team.run.cache)
+    found = dict(zip(members, bends, strict=True))
+    bent = {name: bend for name in names if (bend := found[name]) is not None}
+    grids = [
+        (place, bent_grid(grid_of[name], bent[name].bend) if name in bent else grid)
+        for name, (place, grid) in zip(members, grids, strict=True)
+    ]
+    elastic = dataclasses.replace(_fused(team, frame, placed, reference, grids), bends=bent)
+    better = elastic if elastic.conflict_cells < rigid.conflict_cells else rigid
+    return dataclasses.replace(better, rigid_conflict_cells=rigid.conflict_cells)
+
+
+def _fused(
+    team: Team,
+    frame: GridFrame,
+    placed: Mapping[str, Similarity2],
+    reference: str,
+    grids: Sequence[tuple[Similarity2, OccupancyGrid]],
+) -> MergedGroup:
     fused = fuse_and_compare(frame, grids, team.settings.fusion, team.settings.merged_grid)
     return MergedGroup(reference, placed, fused.merged, fused.conflicts, fused.doubled_walls)
 

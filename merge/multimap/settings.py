@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from mapping.validation import require_valid
+
 
 @dataclass(frozen=True)
 class PairSelectionSettings:
@@ -156,6 +158,55 @@ class ClusterMergingSettings:
 
 
 @dataclass(frozen=True)
+class StraighteningSettings:
+    """Straightening of a map by its own walls, before it is bent onto others.
+
+    - ``node_share`` [of the map's diagonal]: distance of the nodes of the control grid; about the width of a room;
+    - ``blur_elements``: the direction of walls is averaged over so many elements of the grid, as a standard deviation;
+    - ``stiffness``: weight of the mean squared strain against that of the mean squared turn [rad];
+    - ``max_turn_deg``: walls that need more are oblique, and no drift;
+    - ``min_parallel_share``: least share of the walls within that, those counted less whose neighbours are oblique.
+      Caves reach 0.02 to 0.08, drifted buildings 0.26 to 0.6;
+    - ``min_turn_deg``: maps whose walls need less, at the median, stay. Maps of SLAM at noise 2 need 0.2 to 0.6
+      degrees, those of odometry 1.2 to 4.6; the raster makes 0.1 to 0.3;
+    - ``min_points``: least number of wall points.
+    """
+
+    node_share: float = 0.05
+    blur_elements: float = 1.0
+    stiffness: float = 0.1
+    max_turn_deg: float = 12.0
+    min_parallel_share: float = 0.18
+    min_turn_deg: float = 0.9
+    min_points: int = 100
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("min_parallel_share",))
+
+
+@dataclass(frozen=True)
+class ElasticFusionSettings:
+    """Elastic merging: maps bend onto those placed before them.
+
+    - ``min_common_cells``: a map bends only if so many cells of its walls lie on walls of the others, by the loosest
+      tolerance;
+    - ``min_gain``: it stays rigid unless this share more of its compared walls then lies on walls, by the tightest
+      tolerance;
+    - ``node_share`` [of the distance of the nodes of one bend]: distance of the nodes of the bends in the result, which
+      join several;
+    - ``straightening``: of each map by itself, before.
+    """
+
+    min_common_cells: float = 40.0
+    min_gain: float = 0.05
+    node_share: float = 0.5
+    straightening: StraighteningSettings = field(default_factory=StraighteningSettings)
+
+    def __post_init__(self) -> None:
+        require_valid(self, shares=("min_gain",))
+
+
+@dataclass(frozen=True)
 class MultimapSettings:
     """Settings of the merge of more than two maps, by step."""
 
@@ -166,3 +217,4 @@ class MultimapSettings:
     rejection: OutlierRejectionSettings = field(default_factory=OutlierRejectionSettings)
     joint_icp: JointIcpSettings = field(default_factory=JointIcpSettings)
     merging: ClusterMergingSettings = field(default_factory=ClusterMergingSettings)
+    elastic: ElasticFusionSettings = field(default_factory=ElasticFusionSettings)

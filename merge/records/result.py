@@ -13,6 +13,7 @@ from mapping.arrays import frozen_array
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import Unit
+from merge.records.bent_map import BentMap
 from merge.records.evidence import Evidence
 from merge.records.pair_answer import Alternative
 from merge.records.verdict import Reason, Refusal
@@ -83,7 +84,9 @@ class MergedGroup:
 
     ``reference_from_map`` holds their transforms, metric as in ``PairResult``, the identity of the reference included.
     ``merged`` is in the frame of the reference; ``conflicts`` has the same cells; ``doubled_walls`` is the share of
-    common walls that it shows more than once (``Fused``).
+    common walls that it shows more than once (``Fused``). ``bends`` are those of the maps that were bent before
+    they were fused (``MergeSettings.elastic``), and ``rigid_conflict_cells`` the number of cells in conflict without
+    them, None if nobody asked for bends.
     """
 
     reference: str
@@ -91,6 +94,13 @@ class MergedGroup:
     merged: OccupancyGrid
     conflicts: OccupancyGrid
     doubled_walls: float = 0.0
+    bends: Mapping[str, BentMap] = field(default_factory=dict)
+    rigid_conflict_cells: int | None = None
+
+    @property
+    def conflict_cells(self) -> int:
+        """Number of cells in conflict."""
+        return int(np.count_nonzero(self.conflicts.occupied))
 
 
 @dataclass(frozen=True, eq=False)

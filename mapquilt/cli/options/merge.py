@@ -33,6 +33,14 @@ FusionOption = Annotated[
         help=f"Rule for cells that several maps observed: {', '.join(FUSIONS)}.", show_default=MergeSettings.fusion
     ),
 ]
+ElasticOption = Annotated[
+    bool,
+    typer.Option(
+        "--elastic",
+        help="Bend the maps of a group until their walls fall together, and fuse them then; see elastic.png. "
+        "Transforms and verdicts stay. Maps that fit as they are stay too.",
+    ),
+]
 PriorOption = Annotated[
     list[str] | None,
     typer.Option(

@@ -19,6 +19,7 @@ from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
 from mapquilt.cli.merge_notes import advice, files_note, transform_notes
 from mapquilt.cli.options.files import Unknown, path, unknown_grey
 from mapquilt.cli.options.merge import (
+    ElasticOption,
     FusionOption,
     PriorOption,
     ReferenceOption,
@@ -80,6 +81,7 @@ def merge(
     ] = False,
     reference: ReferenceOption = None,
     fusion: FusionOption = None,
+    elastic: ElasticOption = False,
     prior: PriorOption = None,
     trust_priors: TrustOption = False,
     add: Annotated[
@@ -131,7 +133,16 @@ def merge(
     Example: mapquilt merge floor_a.yaml floor_b.yaml --out merged
     """
     chosen = _Chosen(
-        method, scale, as_published, min_confidence, reference, fusion, prior or (), trust_priors, changes or ()
+        method=method,
+        scale=scale,
+        as_published=as_published,
+        min_confidence=min_confidence,
+        reference=reference,
+        fusion=fusion,
+        elastic=elastic,
+        priors=prior or (),
+        trust_priors=trust_priors,
+        changes=changes or (),
     )
     settings, grey = chosen.over(MergeSettings()), unknown_grey(unknown)
     if dry_run:
@@ -291,6 +302,7 @@ class _Chosen:
     min_confidence: float | None
     reference: str | None
     fusion: str | None
+    elastic: bool
     priors: Sequence[str]
     trust_priors: bool
     changes: Sequence[str]
@@ -308,6 +320,8 @@ class _Chosen:
             given["reference"] = self.reference
         if self.fusion is not None:
             given["fusion"] = _fusion(self.fusion)
+        if self.elastic:
+            given["elastic"] = True
         if self.trust_priors:
             given["trust_priors"] = True
         if self.priors:

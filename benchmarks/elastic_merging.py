@@ -1,0 +1,221 @@
+"""Walls of merged maps against the true world, merged rigidly and elastically.
+
+``python -m benchmarks.elastic_merging --out elastic`` simulates missions of two robots, maps them by odometry and by
+SLAM at each noise level, merges each pair of maps both ways, and writes elastic.csv, one row for each pair of maps that
+merged, and elastic.png. It prints mean wall F1 and the mean gain, with 95 % intervals over missions. A merged map is
+laid on the world where it fits best. ``--families``, ``--seeds``, ``--levels`` and ``--poses`` choose what is made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+
+from mapping.geometry.scale_range import ScaleRange
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame_perturbation import FramePerturbationRanges
+from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.settings import MappingSettings
+from mapquilt.evaluation.map_quality import align_to_world, map_quality, observed_part
+from mapquilt.evaluation.statistics import mean_over_clusters
+from mapquilt.runs.open_world import open_world
+from mapquilt.runs.sample import Sample, make_sample
+from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
+from mapquilt.settings import SampleSettings
+from mapquilt.viz.png import figure_png
+from mapquilt.viz.text_table import plain_table
+from merge.alignment.coarse_to_fine import pattern_search, refine
+from merge.merger import merge_maps
+from merge.pair.feature_cache import metres_from_prepared, prepare_map
+from merge.records.result import MergedGroup
+from merge.settings import MergeSettings
+from sim.mission.settings import MissionSettings
+from sim.mission.simulation import simulate
+from sim.sensors.settings import SensingSettings
+
+FAMILIES = ("office", "house", "maze", "thesis_floor", "corridor_loop", "cave")
+RIGID, ELASTIC = MergeSettings(), MergeSettings(elastic=True)
+SAME_SCALE = FramePerturbationRanges(1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """Wall F1 of one merged map at its best fit, and placed by the truth of its maps (``scored``), both ways; shares of
+    doubled walls; the largest bend [m] and strain, 0 if the maps stayed."""
+
+    family: str
+    seed: int
+    poses: str
+    level: float
+    f1_rigid: float
+    f1_elastic: float
+    scored_rigid: float
+    scored_elastic: float
+    doubled_rigid: float
+    doubled_elastic: float
+    largest_bend: float
+    strain: float
+
+    @property
+    def mission(self) -> str:
+        return f"{self.family} {self.seed}"
+
+
+def rows(
+    families: Sequence[str], seeds: Sequence[int], poses: Sequence[str], levels: Sequence[float], duration: float
+) -> Iterator[Row]:
+    """Simulate each mission once, and map it by each front end at each level."""
+    for seed in seeds:
+        for family in families:
+            world, _ = open_world(family, seed)
+            mission, _ = simulate(world, MissionSettings(2, duration), seed)
+            places = true_footprints(mission)
+            for front_end in poses:
+                for level in levels:
+                    settings = SampleSettings(
+                        sensing=SensingSettings(noise=level),
+                        mapping=MappingSettings(poses=front_end),
+                        perturbation=SAME_SCALE,
+                        seed=seed,
+                    )
+                    row = _row(family, make_sample(mission, settings, places), places, settings)
+                    if row is not None:
+                        yield row
+
+
+def _row(family: str, sample: Sample, places: TrueFootprints, settings: SampleSettings) -> Row | None:
+    """Merge a sample both ways; None if its maps do not join."""
+    rigid = merge_maps(sample.maps, RIGID)
+    if len(rigid.reference_from_map) < len(sample.maps):
+        return None
+    known = {(pair.target, pair.source): pair for pair in rigid.pairs}
+    elastic = merge_maps(sample.maps, ELASTIC, answers=known).groups[0]
+    one, other = (_f1(sample, places, group) for group in (rigid.groups[0], elastic))
+    bends = elastic.bends.values()
+    return Row(
+        family=family,
+        seed=settings.seed,
+        poses=settings.mapping.poses,
+        level=settings.sensing.noise,
+        f1_rigid=one[0],
+        f1_elastic=other[0],
+        scored_rigid=one[1],
+        scored_elastic=other[1],
+        doubled_rigid=rigid.groups[0].doubled_walls,
+        doubled_elastic=elastic.doubled_walls,
+        largest_bend=max((bend.largest_bend for bend in bends), default=0.0),
+        strain=max((bend.strain for bend in bends), default=0.0),
+    )
+
+
+def _f1(sample: Sample, places: TrueFootprints, group: MergedGroup) -> tuple[float, float]:
+    """Return the wall F1 of a merged map at its best fit, and where the truth of its maps puts it."""
+    observed = observed_part(places.world, [place.footprint for place in places.maps])
+    world_from_map = {name: sample.truth.robot(name).truth.world_from_map for name in group.reference_from_map}
+    start = align_to_world(sample.maps, world_from_map, group.reference_from_map)
+    fitted = _best_fit(observed, group.merged, start)
+    best, scored = (map_quality(group.merged, place, observed).f1_walls for place in (fitted, start))
+    return best, scored
+
+
+def _best_fit(world: OccupancyGrid, merged: OccupancyGrid, start: Similarity2) -> Similarity2:
+    """Refine the rigid transform of a merged map into the world on all walls."""
+    target, source = prepare_map(world), prepare_map(merged)
+    to_world, to_merged = metres_from_prepared(world.frame, target), metres_from_prepared(merged.frame, source)
+    cells = to_world.inverse() @ start @ to_merged
+    rigid = ScaleRange(cells.scale, cells.scale)
+    cells = pattern_search(target, source, refine(target, source, cells, rigid), rigid)
+    return to_world @ cells @ to_merged.inverse()
+
+
+def table(measured: Sequence[Row]) -> Table:
+    """Return the means by poses and noise, with intervals over missions."""
+    columns = ("poses", "noise", "maps", "rigid", "elastic", "gain", "95 %", "least", "scored", "doubled")
+    shown = plain_table(*((name, name != "poses") for name in columns))
+    for poses, level in dict.fromkeys((row.poses, row.level) for row in measured):
+        part = [row for row in measured if (row.poses, row.level) == (poses, level)]
+        gains = [row.f1_elastic - row.f1_rigid for row in part]
+        interval = mean_over_clusters(gains, [row.mission for row in part], np.random.default_rng(0))
+        mean = {name: float(np.mean([getattr(row, name) for row in part])) for name in _NUMBERS}
+        shown.add_row(
+            poses,
+            f"{level:g}",
+            str(len(part)),
+            f"{mean['f1_rigid']:.3f}",
+            f"{mean['f1_elastic']:.3f}",
+            f"{np.mean(gains):+.3f}",
+            "-" if interval is None else f"{interval.low:+.3f} to {interval.high:+.3f}",
+            f"{min(gains):+.3f}",
+            f"{mean['scored_elastic'] - mean['scored_rigid']:+.3f}",
+            f"{100.0 * mean['doubled_rigid']:.1f} > {100.0 * mean['doubled_elastic']:.1f} %",
+        )
+    return shown
+
+
+_NUMBERS = tuple(each.name for each in fields(Row) if each.name not in ("family", "seed", "poses", "level"))
+
+
+def picture(measured: Sequence[Row]) -> Figure:
+    """Draw the wall F1 of each merged map, elastic against rigid, by poses and noise level."""
+    figure = Figure(figsize=(5.2, 5.0), layout="constrained", dpi=110)
+    axes = figure.subplots()
+    for poses, marker in (("odometry", "o"), ("slam", "s")):
+        for level, colour in zip(sorted({row.level for row in measured}), _SHADES, strict=False):
+            part = [row for row in measured if (row.poses, row.level) == (poses, level)]
+            if part:
+                axes.plot(
+                    [row.f1_rigid for row in part],
+                    [row.f1_elastic for row in part],
+                    marker,
+                    color=colour,
+                    markersize=5,
+                    fillstyle="full" if poses == "odometry" else "none",
+                    label=f"{poses}, noise {level:g}",
+                )
+    axes.plot((0.0, 1.0), (0.0, 1.0), color="#b9bec6", linewidth=1.0, zorder=0.0)
+    axes.set(xlabel="wall F1, rigid", ylabel="wall F1, elastic", xlim=(0.0, 1.0), ylim=(0.0, 1.0), aspect="equal")
+    axes.legend(frameon=False, fontsize=8)
+    return figure
+
+
+_SHADES = ("#2a6fb0", "#4a8f4a", "#e0912f", "#b0302a")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--families", default=",".join(FAMILIES))
+    parser.add_argument("--seeds", default="401,402")
+    parser.add_argument("--poses", default="odometry,slam")
+    parser.add_argument("--levels", default="0,1,2,3")
+    parser.add_argument("--duration", type=float, default=120.0)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    measured, console = [], Console(width=100, highlight=False)
+    for row in rows(
+        given.families.split(","),
+        [int(seed) for seed in given.seeds.split(",")],
+        given.poses.split(","),
+        [float(level) for level in given.levels.split(",")],
+        given.duration,
+    ):
+        measured.append(row)
+        console.print(f"{row.mission} {row.poses} {row.level:g}: {row.f1_rigid:.3f} > {row.f1_elastic:.3f}")
+    given.out.mkdir(parents=True, exist_ok=True)
+    with (given.out / "elastic.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, [each.name for each in fields(Row)])
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in measured)
+    (given.out / "elastic.png").write_bytes(figure_png(picture(measured)))
+    console.print(table(measured))
+
+
+if __name__ == "__main__":
+    main()
