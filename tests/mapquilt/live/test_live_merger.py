@@ -107,9 +107,10 @@ def test_a_robot_that_restarts_leaves_and_joins_anew_in_its_new_frame():
     state = merger.update([sent(held, 9, turned)], 20.0)
     assert held not in state.poses
     assert any(event.startswith(f"{held}: restarted: its map keeps") for event in state.events)
-    assert {name: state.poses[name] for name in before if name != held} == {
-        name: pose for name, pose in before.items() if name != held
-    }
+    for name in before.keys() - {held}:  # the others are corrected by little, as at any update
+        shift, turn = displacement(before[name], state.poses[name], state.robots[name].middle)
+        assert shift < 0.01
+        assert turn < math.radians(0.1)
     for step in range(10, 14):
         state = merger.update([sent(held, step, turned)], 20.0 + step)
     other = next(name for name in FRAMES if name != held)
