@@ -21,7 +21,7 @@ DOUBTED = (None, Reason.FREE_SPACE_VIOLATION, Reason.AMBIGUOUS, Reason.LOW_CONFI
 
 @dataclass(frozen=True)
 class PlanAcceptanceSettings:
-    """Constants of ``plan_confidence``.
+    """Constants of ``decide_on_plan``.
 
     The log-odds by the plan's walls are ``share_weight`` times the share of the observed walls that the map confirms,
     less ``middle_share``, plus ``margin_weight`` times the margin of the merger's score, less ``middle_margin``. They
@@ -69,12 +69,11 @@ def decide_on_plan(
     settings: PlanAcceptanceSettings = PlanAcceptanceSettings(),
     acceptance: AcceptanceSettings = AcceptanceSettings(),
 ) -> PlanVerdict:
-    """Decide on a place by the better of two testimonies: the merger's, and that of the plan's walls.
+    """Decide on a place by the greater of two confidences: the merger's, and that by the plan's walls.
 
-    Placements that a symmetry makes alike share either.
-
-    The merger asks both maps, and so counts furniture against the place. The walls ask only whether the map confirms
-    the plan. ``rivals`` are those of other places on the plan. Both fail if the map denies too many walls.
+    Placements that a symmetry makes alike share both. The merger asks both maps, and so counts furniture against the
+    place. The walls ask only whether the map confirms the plan. ``rivals`` are those of other places on the plan. Both
+    fail if the map denies too many walls.
     """
     evidence = answer.evidence
     if evidence is None or answer.reason not in DOUBTED or evidence.score < settings.min_score:

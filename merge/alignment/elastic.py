@@ -8,7 +8,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mapping.arrays import frozen_array
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
@@ -45,13 +44,15 @@ def bend_onto(
     """
     scale = target_from_source.scale
     diagonal = smaller_diagonal(target, source, scale) / scale
-    corner, spacing, nodes = _control_grid(source, settings.node_share * diagonal)
+    rest = Bend.at_rest(source.points, settings.node_share * diagonal)
+    nodes = rest.nodes.copy()
     gates = np.array(settings.gate_shares) * diagonal
     weights = (settings.stiffness * diagonal**2, settings.curvature * diagonal**2, settings.line_weight)
     there, here = thinned(len(target.points), settings.max_points), thinned(len(source.points), settings.max_points)
     matrix = target_from_source.matrix()
-    _bend(target.surface, source.surface, there, here, matrix, gates, (corner, spacing), nodes, weights)
-    return Bend(frozen_array(corner, np.float64), spacing, frozen_array(nodes, np.float64))
+    control = rest.corner, rest.spacing
+    _bend(target.surface, source.surface, there, here, matrix, gates, control, nodes, weights)
+    return rest.displaced(nodes)
 
 
 def fit_bent(
@@ -76,14 +77,6 @@ def fit_bent(
     if np.count_nonzero(matched) < settings.min_points:
         return target_from_source
     return fit_similarity(moved[matched], source.points[matched], scale) or target_from_source
-
-
-def _control_grid(source: PreparedMap, spacing: float) -> tuple[Vector, float, Nodes]:
-    """Centre a control grid of at least 2 x 2 nodes on the walls of a map."""
-    low, high = source.points.min(axis=0), source.points.max(axis=0)
-    cols, rows = (np.ceil((high - low) / spacing).astype(np.int64) + 1).clip(2).tolist()
-    corner = (low + high) / 2.0 - spacing * np.array([cols - 1, rows - 1]) / 2.0
-    return corner, spacing, np.zeros((rows, cols, 2))
 
 
 @njit(cache=True)
@@ -279,7 +272,10 @@ def _add_square(
 
 @njit(cache=True)
 def _solve(band: Band, right: Vector) -> bool:
-    """Solve a banded system by Cholesky, in place; return False if it is not positive definite."""
+    """Solve a banded system by Cholesky, in place; return False if it is not positive definite.
+
+    Compiled here rather than called from LAPACK, whose last bits depend on the processor.
+    """
     size, width = band.shape
     for i in range(size):
         first = max(0, i - width + 1)

@@ -171,8 +171,8 @@ def distinct(
 def are_distinct(
     target: PreparedMap,
     source: PreparedMap,
-    one: Hypothesis | BentHypothesis,
-    other: Hypothesis | BentHypothesis,
+    one: BentHypothesis,
+    other: BentHypothesis,
     settings: AlignmentSettings = AlignmentSettings(),
 ) -> bool:
     """Test if two hypotheses put the source at different places."""

@@ -164,24 +164,24 @@ def _half_way(
         if bend is not None
     )
     walls = [sheet.group_from_prepared.apply(sheet.prepared.points) for sheet in sheets]
-    common = _control_grid(np.concatenate(walls), spacing)
-    places = _places(common)
+    common = Bend.at_rest(np.concatenate(walls), spacing, beyond=1)
+    places = common.places
     total = np.zeros_like(places)
     for sheet, bend in zip(sheets, bends, strict=True):
         if bend is not None:
             before = bend.remove(sheet.group_from_prepared.inverse().apply(places))
             total += places - sheet.group_from_prepared.apply(before)
-    back = _with_nodes(common, -total / len(sheets))
+    back = common.displaced(-total / len(sheets))
     after = [back.apply(sheet.bent(w, bend)) for sheet, w, bend in zip(sheets, walls, bends, strict=True)]
     still = fit_similarity(np.concatenate(walls), np.concatenate(after), ScaleRange.known()) or Similarity2.identity()
     found = []
     for sheet, bend in zip(sheets, bends, strict=True):
         place, prepared = sheet.group_from_cells, cache.prepared(sheet.original)
         cells = map_cells_from_prepared(prepared)
-        control = _control_grid(cells.apply(prepared.points), spacing / place.scale)
-        nodes = _places(control)
+        control = Bend.at_rest(cells.apply(prepared.points), spacing / place.scale, beyond=1)
+        nodes = control.places
         there = sheet.bent(place.apply(sheet.straightened(nodes)), bend)
-        found.append(_with_nodes(control, place.inverse().apply(still.apply(back.apply(there))) - nodes))
+        found.append(control.displaced(place.inverse().apply(still.apply(back.apply(there))) - nodes))
     return found
 
 
@@ -192,23 +192,6 @@ def _bent_map(sheet: _Sheet, bend: Bend, cache: FeatureCache) -> BentMap:
     whole = fit_similarity(moved, points, ScaleRange.known()) or Similarity2.identity()
     largest = float(np.hypot(*(moved - whole.apply(points)).T).max())
     return BentMap(bend, largest * sheet.original.frame.resolution, sheet.straight is not None)
-
-
-def _control_grid(points: Points, spacing: float) -> Bend:
-    """Return a control grid at rest over points, one node wider on each side."""
-    low, high = points.min(axis=0) - spacing, points.max(axis=0) + spacing
-    cols, rows = (np.ceil((high - low) / spacing).astype(np.int64) + 1).tolist()
-    return Bend(frozen_array(low, np.float64), spacing, frozen_array(np.zeros((rows, cols, 2)), np.float64))
-
-
-def _places(bend: Bend) -> Points:
-    rows, cols, _ = bend.nodes.shape
-    row, col = np.indices((rows, cols))
-    return np.asarray(bend.corner + bend.spacing * np.stack((col, row), axis=-1).reshape(-1, 2))
-
-
-def _with_nodes(bend: Bend, displacements: Points) -> Bend:
-    return Bend(bend.corner, bend.spacing, frozen_array(displacements.reshape(bend.nodes.shape), np.float64))
 
 
 def _scaled(bend: Bend, change: Similarity2) -> Bend:

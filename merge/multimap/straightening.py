@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
-from mapping.arrays import frozen_array
 from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity_fit import fit_similarity
@@ -54,11 +53,11 @@ def straighten(prepared: PreparedMap, settings: StraighteningSettings) -> Bend |
     """
     if len(prepared.points) < settings.min_points:
         return None
-    rest = _control_grid(prepared, settings)
+    rest = Bend.at_rest(prepared.points, settings.node_share * prepared.diagonal)
     asked = wall_turns(prepared, rest, settings)
     if asked.parallel_share < settings.min_parallel_share or asked.median < math.radians(settings.min_turn_deg):
         return None
-    bend = Bend(rest.corner, rest.spacing, frozen_array(_solved(asked, rest, settings.stiffness), np.float64))
+    bend = rest.displaced(_solved(asked, rest, settings.stiffness))
     whole = fit_similarity(bend.apply(prepared.points), prepared.points, ScaleRange.known())
     return bend.relative_to(whole or Similarity2.identity())
 
@@ -90,13 +89,6 @@ def wall_turns(prepared: PreparedMap, rest: Bend, settings: StraighteningSetting
     weights = count * clear * within
     share = float(weights.sum()) / max(1e-9, float(count.sum()))
     return WallTurns(np.where(within, turns, 0.0), weights / max(1e-9, float(weights.sum())), share)
-
-
-def _control_grid(prepared: PreparedMap, settings: StraighteningSettings) -> Bend:
-    spacing = settings.node_share * prepared.diagonal
-    low, high = prepared.points.min(axis=0) - 1.0, prepared.points.max(axis=0) + 1.0
-    cols, rows = (np.ceil((high - low) / spacing).astype(np.int64) + 1).clip(2).tolist()
-    return Bend(frozen_array(low, np.float64), spacing, frozen_array(np.zeros((rows, cols, 2)), np.float64))
 
 
 def _solved(asked: WallTurns, rest: Bend, stiffness: float) -> NDArray[np.float64]:

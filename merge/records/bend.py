@@ -33,6 +33,26 @@ class Bend:
     spacing: float
     nodes: Nodes
 
+    @staticmethod
+    def at_rest(points: NDArray[np.float64], spacing: float, beyond: int = 0) -> Bend:
+        """Centre a control grid of at least 2 x 2 nodes on points (N, 2), ``beyond`` nodes wider on each side; none
+        is displaced."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        cols, rows = (np.ceil((high - low) / spacing).astype(np.int64) + 1 + 2 * beyond).clip(2).tolist()
+        corner = (low + high) / 2.0 - spacing * np.array([cols - 1, rows - 1]) / 2.0
+        return Bend(frozen_array(corner, np.float64), spacing, frozen_array(np.zeros((rows, cols, 2)), np.float64))
+
+    def displaced(self, displacements: NDArray[np.float64]) -> Bend:
+        """Return a bend of the same nodes with these displacements, (rows, cols, 2) or a row x, y for each node."""
+        return Bend(self.corner, self.spacing, frozen_array(displacements.reshape(self.nodes.shape), np.float64))
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Places (rows * cols, 2) of the nodes, row by row."""
+        rows, cols, _ = self.nodes.shape
+        row, col = np.indices((rows, cols))
+        return np.asarray(self.corner + self.spacing * np.stack((col, row), axis=-1).reshape(-1, 2))
+
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Move points (N, 2)."""
         return points + displacements(points, self.corner, self.spacing, self.nodes)
@@ -43,11 +63,7 @@ class Bend:
 
     def relative_to(self, change: Similarity2) -> Bend:
         """Return the bend that remains after ``change`` takes over a part: this one is it, and then ``change``."""
-        rows, cols, _ = self.nodes.shape
-        row, col = np.indices((rows, cols))
-        places = self.corner + self.spacing * np.stack((col, row), axis=-1).reshape(-1, 2)
-        moved = change.inverse().apply(places + self.nodes.reshape(-1, 2)) - places
-        return Bend(self.corner, self.spacing, frozen_array(moved.reshape(rows, cols, 2), np.float64))
+        return self.displaced(change.inverse().apply(self.places + self.nodes.reshape(-1, 2)) - self.places)
 
     def resample(self, grid: OccupancyGrid) -> OccupancyGrid:
         """Bend a grid whose cells are those of the bend; cells that leave it are lost."""

@@ -65,6 +65,16 @@ def test_the_strain_of_a_stretch_is_its_share():
     assert grown.strain == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-9)
 
 
+@given(seeds, st.integers(0, 2))
+def test_a_grid_at_rest_covers_the_points_and_moves_none(seed, beyond):
+    rest = Bend.at_rest(points(seed), 7.0, beyond)
+    assert np.array_equal(rest.apply(points(seed)), points(seed))
+    low, high = rest.places[0], rest.places[-1]
+    assert (low <= points(seed).min(axis=0) - 7.0 * beyond + 1e-9).all()
+    assert (high >= points(seed).max(axis=0) + 7.0 * beyond - 1e-9).all()
+    assert len(rest.places) == rest.nodes.shape[0] * rest.nodes.shape[1]
+
+
 def test_a_grid_is_bent_as_its_points():
     cells = np.zeros((40, 60), np.int8)
     cells[20, 10:50] = 100
