@@ -55,6 +55,11 @@ def make_cases(work: Path) -> list[Case]:
     bench = work / "bench"
     benchmark = ("benchmark", "--pairs", pairs, "--method", "orb", *ONE)
     _run(*benchmark, "--seed", "1", "--pictures", "0", "--out", bench)
+    plan = work / "plan.png"
+    _run("worlds", "draft", "office", "--seed", "3", "--style", "hollow", "--out", plan)
+    located = work / "located"
+    locate = ("locate", base / "robot_0/map.yaml", plan)
+    _run(*locate, "--out", located)
     out = work / "out"
     verbs: list[tuple[str, tuple[object, ...], Path | None]] = [
         ("simulate, new", (*SIMULATE, "--seed", "4", "--out", out), None),
@@ -70,6 +75,7 @@ def make_cases(work: Path) -> list[Case]:
         ("report", ("report", out), first),
         ("convert, to TUM", ("convert", base, out, "--to", "tum"), None),
         ("worlds make", ("worlds", "make", "house", "--seed", "2", "--out", out / "house.json"), _world(work)),
+        ("locate, over one", (*locate, "--seed", "2", "--out", out), located),
         ("benchmark, new", (*benchmark, "--pictures", "0", "--out", out), None),
         ("benchmark, over one", (*benchmark, "--seed", "2", "--pictures", "0", "--out", out), bench),
     ]
@@ -114,7 +120,9 @@ def _jobs(work: Path, out: Path) -> list[Case]:
         ("study", ("study", *STUDY, "--out", out, *ONE), None),
         ("calibrate", ("calibrate", "--dataset", work / "fit", "--out", out, *ONE), None),
     ]
-    return [merge, *(Case(name, _verb(arguments), out, before, True) for name, arguments, before in verbs)]
+    disturb = _verb(("dataset", "disturb", work / "fit", "--overlap", "0:1", "--out", out))
+    continued = [Case(name, _verb(arguments), out, before, True) for name, arguments, before in verbs]
+    return [Case("dataset disturb", disturb, out, None), merge, *continued]
 
 
 def _half_merged(merge: Case, work: Path) -> Path:
