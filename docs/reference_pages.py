@@ -39,8 +39,10 @@ def _text(value: Any) -> str:
 def _commands() -> list[tuple[str, ...]]:
     commands: list[tuple[str, ...]] = []
     for name in VERBS:
-        inner = getattr(load_verb(name), "commands", {})
-        commands += [(name, sub) for sub in inner] or [(name,)]
+        verb = load_verb(name)
+        if getattr(verb, "invoke_without_command", True):
+            commands.append((name,))
+        commands += [(name, sub) for sub in getattr(verb, "commands", {})]
     return commands
 
 

@@ -151,6 +151,7 @@ def compare_methods(
     Raises ``ValueError`` naming an unknown method, or a folder that is no data set.
     """
     from mapping.seeds import Role, stream
+    from mapquilt.benchmark.exchange.identity import data_digest
     from mapquilt.benchmark.files import SUMMARY_FILE, write_folder
     from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
     from mapquilt.benchmark.results import build_results
@@ -167,5 +168,6 @@ def compare_methods(
     with Runner(Workers(workers)) as runner:
         results = build_results(run_benchmark(pairs, settings, seed, runner), seed)
     if out is not None:
-        write_folder(Path(out), results, {"scale": "auto", "seed": seed}, len(pairs))
+        settings_record = {"scale": "auto", "seed": seed, "data": data_digest(pairs)}
+        write_folder(Path(out), results, settings_record, len(pairs))
     return results

@@ -37,8 +37,8 @@ def write_folder(
 ) -> None:
     """Write tables and records, all or nothing, then draw pictures and write them; a benchmark there is replaced.
 
-    ``settings`` are scale and seed, as summary.json names them. At most ``pictures`` pairs a method are drawn, errors
-    first. Times are in timings.json and table.md alone.
+    ``settings`` are scale, seed and the digest of the data, as summary.json names them. At most ``pictures`` pairs a
+    method are drawn, errors first. Times are in timings.json and table.md alone.
     """
     with atomic_folder(out, ledger=True) as folder:
         rows = (to_row(one, out.resolve().parent) for one in results.answers)
@@ -97,6 +97,7 @@ def timings_record(results: BenchmarkResults) -> dict[str, Any]:
         "pairs": [
             {"set": one.pair.suite, "pair": one.pair.name, "method": one.method, "seconds": one.seconds}
             for one in results.answers
+            if one.seconds is not None
         ],
     }
 

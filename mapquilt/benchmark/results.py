@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from mapping.seeds import Role, stream
+from mapquilt.benchmark.exchange.answers import ANSWERED
 from mapquilt.benchmark.strata import Stratum, strata
 from mapquilt.evaluation.aggregation import Aggregate, aggregate
 from mapquilt.evaluation.calibration import Calibration, calibration
@@ -25,7 +26,8 @@ REFERENCE = MergeSettings(UNIT, as_published=True).title
 
 @dataclass(frozen=True)
 class Timing:
-    """Median seconds of a method in a stratum, and its ratio to the median of ``REFERENCE`` in the same run."""
+    """Median seconds of a method in a stratum, and its ratio to the median of ``REFERENCE`` in the same run; None for
+    given answers, whose time was taken elsewhere."""
 
     median_s: float
     ratio: float | None
@@ -76,7 +78,8 @@ def build_results(answers: Sequence[EvaluatedPair], seed: int) -> BenchmarkResul
 def _stratum_result(stratum: Stratum, reference: Stratum | None, method: str, seed: int) -> StratumResult:
     asked = stratum.pairs if stratum.has_truth else ()
     found = aggregate(stratum.pairs, asked, partial(stream, seed, Role.BENCHMARK_BOOTSTRAP))
-    return StratumResult(stratum.group, stratum.name, method, found, _timing(stratum, reference, seed))
+    comparable = None if method.endswith(ANSWERED) else reference
+    return StratumResult(stratum.group, stratum.name, method, found, _timing(stratum, comparable, seed))
 
 
 def _timing(stratum: Stratum, reference: Stratum | None, seed: int) -> Timing | None:

@@ -7,6 +7,7 @@ from itertools import groupby
 
 from rich.table import Table
 
+from mapquilt.benchmark.exchange.answers import ANSWERED
 from mapquilt.benchmark.results import REFERENCE, BenchmarkResults, StratumResult, Timing
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.formatting import false_accept_text, number_text, share_text
@@ -24,7 +25,8 @@ Right: within 2 degrees, 3 % of scale and a mean displacement of the common cell
 True accepts: right and accepted. Shares in per cent with Wilson's 95 % interval. False accepts: accepted answers that
 are not right, any accepted negative among them; then the upper end of the share's interval in per cent. deg, %, cells:
 median errors of the right answers. s: median processor time of a pair on one thread; the ratio is that of medians.
-Ran: as published, by the rule of the method itself, or verified, with the common verification and acceptance.
+Ran: as published, by the rule of the method itself; verified, with the common verification and acceptance; or answers
+of another program, with the times that it states.
 """
 
 OVER_MISSIONS = """\
@@ -70,7 +72,10 @@ def stratum_cells(row: StratumResult) -> tuple[str, ...]:
 
 def _name_and_way(method: str) -> tuple[str, str]:
     """Split the title of a method into its name and the way in which it ran."""
-    return method.removesuffix(PUBLISHED), PUBLISHED.strip() if method.endswith(PUBLISHED) else "verified"
+    for ending, way in ((PUBLISHED, PUBLISHED.strip()), (ANSWERED, "answers")):
+        if method.endswith(ending):
+            return method.removesuffix(ending), way
+    return method, "verified"
 
 
 def _ratio_text(timing: Timing | None) -> str:

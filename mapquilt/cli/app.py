@@ -28,7 +28,7 @@ VERBS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "worlds": ("mapquilt.cli.verbs.worlds:worlds_app", "List, draw and write worlds."),
         "lidars": ("mapquilt.cli.verbs.lidars:lidars", "List the lidar presets."),
         "dataset": ("mapquilt.cli.verbs.dataset:app", "Make and inspect data sets of map pairs."),
-        "benchmark": ("mapquilt.cli.verbs.benchmark:benchmark", "Score methods on pairs with a known transform."),
+        "benchmark": ("mapquilt.cli.verbs.benchmark:app", "Score methods on pairs with a known transform."),
         "calibrate": ("mapquilt.cli.verbs.calibrate:calibrate", "Fit the merger's confidence to data sets."),
         "study": ("mapquilt.cli.verbs.study:study", "Vary a setting and measure the effect on merges."),
         "report": ("mapquilt.cli.verbs.report:report", "Turn results into one HTML file."),

@@ -78,6 +78,7 @@ def make_cases(work: Path) -> list[Case]:
         ("locate, over one", (*locate, "--seed", "2", "--out", out), located),
         ("benchmark, new", (*benchmark, "--pictures", "0", "--out", out), None),
         ("benchmark, over one", (*benchmark, "--seed", "2", "--pictures", "0", "--out", out), bench),
+        ("benchmark export, new", ("benchmark", "export", "--pairs", pairs, "--out", out), None),
     ]
     cases = [Case(name, _verb(arguments), out, before) for name, arguments, before in verbs]
     files = base / "robot_0/map.yaml", base / "robot_1/map.yaml"

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import command
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -38,6 +40,13 @@ def test_a_data_set_is_made_and_a_method_of_ones_own_is_benchmarked(tmp_path: Pa
     run(tmp_path, "benchmark_your_own_method", "pairs", "bench")
     assert "principal_axes" in (tmp_path / "bench/table.md").read_text(encoding="utf-8")
     assert list((tmp_path / "bench/sheets").glob("principal_axes-*.png"))
+    assert command("benchmark", "export", tmp_path / "pairs", "--out", tmp_path / "export") == 0
+    options = []
+    for name in ("answers_opencv", "answers_m_explore"):
+        run(tmp_path, name, "export", f"{name}.csv")
+        options += ["--answers", tmp_path / f"{name}.csv"]
+    assert command("benchmark", "--dataset", tmp_path / "pairs", *options, "--out", tmp_path / "answered") == 0
+    assert list((tmp_path / "answered/sheets").glob("answers_m_explore-from-answers-*.png"))
 
 
 @pytest.mark.slow

@@ -26,6 +26,7 @@ from mapping.io.tum import load_tum, save_tum
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.scan import LidarScan
 from mapping.robot.trajectory import Trajectory
+from mapquilt.benchmark.exchange.answers import read_answers
 from mapquilt.benchmark.files import load_answers, write_folder
 from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.results import build_results
@@ -157,6 +158,7 @@ RAWLASER = b"PARAM robot_frontlaser_offset 0.1 1.0 host 1.0\n" + b"".join(
 )
 PAIR = {"name": "p", "kind": "x", "map_a": "map.pgm", "map_b": "map.pgm", "scale": 1, "rotation_deg": 0}
 PAIRS = json.dumps({"pairs": [PAIR | {"tx": 0, "ty": 0}]}).encode()
+ANSWERS = b"pair,scale,rotation_deg,tx,ty,confidence,accepted,seconds\na,1.5,90,3,-4,0.75,1,0.5\nb,,,,,0,0,\n"
 MAP_YAML = b"image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
 SPEC = """
 name: fuzz
@@ -225,6 +227,7 @@ READERS: dict[str, tuple[str, Callable[[Path], bytes], Callable[[Path], object]]
     "dxf": ("plan.dxf", lambda _: DXF, _drawn),
     "sdf": ("plan.sdf", lambda _: SDF.encode(), _drawn),
     "pairs": ("pairs.json", lambda _: PAIRS, read_pair_list),
+    "answers": ("answers.csv", lambda _: ANSWERS, lambda path: read_answers(path, "mine", ("a", "b"))),
     "pairs.csv": ("pairs.csv", _pairs_csv, lambda path: load_answers(path.parent)),
     "manifest": ("manifest.jsonl", _manifest, lambda path: read_manifest(path.parent)),
     "spec": ("spec.yaml", lambda _: SMOKE, lambda path: load_spec(str(path))),

@@ -31,3 +31,13 @@ def test_a_split_is_run_and_missions_are_resampled(tiny, tmp_path):
     of_split = json.loads((tmp_path / "test/summary.json").read_text())["strata"][-1]["pairs"]
     assert of_split == len(mapquilt.load_dataset(tiny, "test").pairs) < summary["strata"][-1]["pairs"]
     assert not (tmp_path / "all/sheets").exists()
+
+
+def test_names_of_a_data_set_do_not_tell_its_negatives(tiny, tmp_path):
+    assert command("benchmark", "export", tiny, "--out", tmp_path / "out") == 0
+    record = json.loads((tmp_path / "out/export.json").read_text())
+    assert {len(entry["pair"]) for entry in record["pairs"]} == {16}
+    assert len(record["pairs"]) == 8
+    assert command("benchmark", "export", tiny, "--split", "test", "--out", tmp_path / "out") == 0
+    of_split = json.loads((tmp_path / "out/export.json").read_text())
+    assert {entry["pair"] for entry in of_split["pairs"]} < {entry["pair"] for entry in record["pairs"]}
