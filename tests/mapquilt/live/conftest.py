@@ -1,12 +1,18 @@
-"""A short run whose robots see the same rooms."""
+"""A short run whose robots see the same rooms, and processes on the loopback interface."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.conftest import command
+
+if TYPE_CHECKING:
+    from mapquilt.live.network import Network
+    from tests.mapquilt.live.processes import Processes
 
 
 @pytest.fixture(scope="session")
@@ -16,3 +22,26 @@ def close_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     size = ("--robots", 2, "--duration", 20, "--seed", 3, "--starts", "close")
     assert command("simulate", "office", *size, "--noise", 0, "--poses", "odometry", "--out", run) == 0
     return run
+
+
+@pytest.fixture(scope="module")
+def network() -> Iterator[Network]:
+    """The loopback interface, as the processes of this worker see it."""
+    pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install mapquilt[live]")
+    from mapquilt.live.network import Network
+    from tests.mapquilt.live.processes import DOMAIN, LOOPBACK
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CYCLONEDDS_URI", LOOPBACK)
+        yield Network(DOMAIN)
+
+
+@pytest.fixture
+def processes() -> Iterator[Processes]:
+    """Start processes, which are killed at the end of a test."""
+    pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install mapquilt[live]")
+    from tests.mapquilt.live.processes import Processes
+
+    started = Processes()
+    yield started
+    started.kill()

@@ -3,13 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,49 +18,13 @@ from mapquilt.convert.ros_bag import scan_messages
 from mapquilt.convert.ros_messages import occupancy_grid
 from mapquilt.live.dds_types import STORE, idl_type
 from mapquilt.live.live_merger import LiveMerger
-from mapquilt.live.network import LATCHED, STREAM, Network, Quality
+from mapquilt.live.network import LATCHED, STREAM, Quality
 from mapquilt.live.published import published
 from mapquilt.runs.robot import load_run_robots
 from tests.mapquilt.live.floors import message as map_of
-from tests.mapquilt.live.test_live_merger import sent as growing
+from tests.mapquilt.live.processes import GRID, is_published, transforms, wait_for
 
-GRID = "nav_msgs/msg/OccupancyGrid"
-LOOPBACK = (
-    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General>'
-    '<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>'
-    "</Domain></CycloneDDS>"
-)
 WORLD = floor()
-DOMAIN = 100 + os.getpid() % 100
-"""So that the workers of one machine do not hear one another."""
-
-
-@pytest.fixture(scope="module")
-def network() -> Iterator[Network]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CYCLONEDDS_URI", LOOPBACK)
-        yield Network(DOMAIN)
-
-
-def start(*arguments: object) -> subprocess.Popen[str]:
-    """Start the command line in a process of its own, on the loopback interface."""
-    words = [sys.executable, "-m", "mapquilt", *map(str, arguments), "--domain", str(DOMAIN)]
-    environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK, "PYTHONUNBUFFERED": "1"}
-    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
-
-
-def wait_for(found: Callable[[], Any], seconds: float = 60.0) -> Any:
-    """Return the first result that is not empty; None if there is none in time."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if result := found():
-            return result
-        time.sleep(0.05)
-    return None
-
-
-def publisher(network: Network, topic: str) -> bool:
-    return any(each.topic == topic for each in network.publishers().values())
 
 
 def test_dds_reads_each_message_as_ros_defines_it(close_run):
@@ -84,74 +41,43 @@ def test_dds_reads_each_message_as_ros_defines_it(close_run):
 
 
 @pytest.mark.slow
-def test_a_team_that_plays_is_merged_by_another_process(network, close_run, tmp_path):
-    live = start("live", "--discover", "/robot_*/map", "--duration", 60, "--record", tmp_path / "record")
-    assert wait_for(lambda: publisher(network, "/mapquilt/diagnostics"))
-    play = start("play", close_run, "--poses", "odometry", "--speed", 4)
-    assert play.wait(timeout=120) == 0, play.stdout.read()
+def test_a_team_that_plays_is_merged_by_another_process(network, processes, close_run, tmp_path):
+    live = processes.command("live", "--discover", "/robot_*/map", "--record", tmp_path / "record")
+    assert wait_for(lambda: is_published(network, "/mapquilt/diagnostics"))
+    play = processes.command("play", close_run, "--poses", "odometry", "--speed", 4)
+    assert live.says("robot_0: joined", "robot_1: joined"), live.output
     late = network.subscribe("/map_merged", GRID, LATCHED)
-    static = network.subscribe("/tf_static", "tf2_msgs/msg/TFMessage", LATCHED)
-    (merged,) = wait_for(lambda: list(late.take()))
-    frames = {one.child_frame_id for each in wait_for(lambda: list(static.take())) for one in each.transforms}
-    assert frames & {"robot_0/map", "robot_1/map"}
-    output, _ = live.communicate(timeout=120)
-    assert live.returncode == 0, output
-    assert "2 of 2 robots joined" in output
+    assert play.end(None) == 0, play.output
+    frames = {one.child_frame_id for one in transforms(network).values()}
+    assert frames == {"robot_0/map", "robot_1/map"}
+    assert live.end() == 0, live.output
+    merged = list(late.take())[-1]
+    assert "2 of 2 robots joined" in live.output
     held = load_map(tmp_path / "record" / "merged.yaml").grid
     cells = np.array(merged.data).reshape(merged.info.height, merged.info.width)
     np.testing.assert_array_equal(cells, held.occupancy())
 
 
-ROS_PYTHONS = dict(each.split("=", 1) for each in os.environ.get("MAPQUILT_ROS_PYTHONS", "").split())
-"""Interpreters with rclpy, by distribution: ``kilted=/path/python jazzy=/path/python``."""
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("distribution", ["jazzy", "kilted"])
-def test_a_real_node_is_heard_and_hears_late_what_the_file_has(distribution, tmp_path):
-    if distribution not in ROS_PYTHONS:
-        pytest.skip(f"MAPQUILT_ROS_PYTHONS names no {distribution}=PYTHON with ros-rclpy, as .ci/run installs it")
-    maps = {}
-    for robot in ("robot_0", "robot_1"):
-        sent = growing(robot, 12)
-        maps[robot] = sent.cells.reshape(sent.height, sent.width)
-        maps[f"{robot}_origin"] = np.array([sent.resolution, *sent.origin[:2]])
-    np.savez(tmp_path / "maps.npz", **maps)
-    live = start("live", "--discover", "/robot_*/map", "--duration", 45, "--record", tmp_path / "record")
-    node = Path(__file__).with_name("rclpy_node.py")
-    words = [ROS_PYTHONS[distribution], node, tmp_path / "maps.npz", tmp_path / "received.npz", 30]
-    ros = {
-        "ROS_DOMAIN_ID": str(DOMAIN),
-        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_LOG_DIR": str(tmp_path),
-        "HOME": str(tmp_path),
-        "PATH": os.environ["PATH"],
-    }
-    subprocess.run([str(each) for each in words], env=ros, check=True, timeout=120)
-    output, _ = live.communicate(timeout=120)
-    assert "2 of 2 robots joined" in output
-    received = np.load(tmp_path / "received.npz")
-    assert received["frame"] == "map_merged"
-    np.testing.assert_array_equal(received["cells"], load_map(tmp_path / "record" / "merged.yaml").grid.occupancy())
-
-
-@pytest.mark.slow
-def test_weak_publishers_and_garbage_are_heard_and_told(network):
-    live = start("live", "--topic", "/weak/map", "--topic", "/bad/map", "--duration", 12)
+def test_weak_publishers_and_garbage_are_heard_and_told(network, processes):
+    live = processes.command("live", "--topic", "/weak/map", "--topic", "/bad/map")
     grid = explored(WORLD, 1.0, 9.0)
     bad = occupancy_grid(grid, 1.0, "bad/map")
     bad.info.resolution = math.nan
-    for _ in range(20):
+    told = (
+        "/weak/map: heard as best effort, volatile",
+        "weak: heard for the first time",
+        "bad: resolution is nan, must be finite; the message is ignored",
+    )
+
+    def all_are_told() -> bool:
         network.publish("/weak/map", occupancy_grid(grid, 1.0, "weak/map"), Quality(reliable=False, latched=False))
         network.publish("/bad/map", bad, STREAM)
-        time.sleep(0.5)
-    output, _ = live.communicate(timeout=60)
-    assert live.returncode == 1, output
-    assert "/weak/map: heard as best effort, volatile" in output
-    assert "weak: heard for the first time" in output
-    assert "bad: resolution is nan, must be finite; the message is ignored" in output
-    assert "0 of 2 robots joined" in output
+        return live.says(*told, seconds=0.5)
+
+    assert wait_for(all_are_told), live.output
+    assert live.end() == 1, live.output
+    assert "0 of 2 robots joined" in live.output
 
 
 def test_wrong_options_are_named(capsys, tmp_path):
