@@ -26,11 +26,14 @@ OLD_EVIDENCE = {
 """Names of evidence in version 1 of the records, and the present ones."""
 
 _TRUTH = {"true_agreement": "true_score", "rival_agreement": "second_best_score"}
+_CLUSTERS = {"over_missions": "clustered"}
 _SETTINGS = {"disguise": "frame_perturbation"}
 OLD_SCHEMAS = {
     "mapquilt-merge/1": ("mapquilt-merge/2", OLD_EVIDENCE),
     "mapquilt-run/1": ("mapquilt-run/2", _SETTINGS),
     "mapquilt-truth/1": ("mapquilt-truth/2", _TRUTH),
+    "mapquilt-benchmark/2": ("mapquilt-benchmark/3", _CLUSTERS),
+    "mapquilt-study/2": ("mapquilt-study/3", _CLUSTERS),
     "mapquilt-manifest/1": ("mapquilt-manifest/2", _SETTINGS | _TRUTH),
 }
 """Older schemas that are still read: the present schema, and the present names of renamed fields."""

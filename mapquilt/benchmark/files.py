@@ -22,7 +22,7 @@ from mapquilt.viz.pair_sheet import most_relevant_first, sheet_pages
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.reliability import reliability_figure
 
-SCHEMA = "mapquilt-benchmark/2"
+SCHEMA = "mapquilt-benchmark/3"
 PAIRS_FILE, SUMMARY_FILE, TIMINGS_FILE, TABLE_FILE = "pairs.csv", "summary.json", "timings.json", "table.md"
 RELIABILITY_PICTURE = "reliability.png"
 SHEETS_FOLDER = "sheets"
@@ -75,6 +75,7 @@ def summary_record(results: BenchmarkResults, settings: dict[str, Any]) -> dict[
             {"group": row.group, "stratum": row.stratum, "method": row.method, **dataclasses.asdict(row.aggregate)}
             for row in results.strata
         ],
+        "comparisons": [dataclasses.asdict(one) for one in results.comparisons],
         "calibration": [calibration_record(found) for found in results.calibrations],
     }
 

@@ -58,6 +58,7 @@ def _listed_pair(path: Path, entry: dict[str, Any]) -> BenchmarkPair:
             source_file=files[1],
             world=entry.get("world"),
             mission=entry.get("mission"),
+            geometry=entry.get("geometry"),
             noise=entry.get("noise"),
             poses=entry.get("poses"),
         ),
@@ -101,6 +102,7 @@ def pair_entry(info: PairInfo, maps: MapSet, truth: GroundTruth, files: tuple[st
         "resolutions_trusted": maps.resolutions_trusted,
         "world": info.world,
         "mission": info.mission,
+        "geometry": info.geometry,
         "noise": info.noise,
         "poses": info.poses,
     }

@@ -41,6 +41,7 @@ def _dataset_pair(suite: str, pair: DatasetPair) -> BenchmarkPair:
             noise=pair.noise,
             poses=pair.poses,
             mission=pair.mission,
+            geometry=pair.geometry,
         ),
         target_file=files[0],
         source_file=files[1],

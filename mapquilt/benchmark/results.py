@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from mapping.seeds import Role, stream
+from mapquilt.benchmark.comparison import Comparison, compare
 from mapquilt.benchmark.exchange.answers import ANSWERED
 from mapquilt.benchmark.strata import Stratum, strata
 from mapquilt.evaluation.aggregation import Aggregate, aggregate
@@ -47,12 +48,13 @@ class StratumResult:
 
 @dataclass(frozen=True)
 class BenchmarkResults:
-    """``answers`` run method after method. Only confidences of the common acceptance are calibrated: a score as
-    published is no probability."""
+    """``answers`` run method after method. A score as published is no probability, so that it is not
+    calibrated."""
 
     methods: tuple[str, ...]
     answers: tuple[EvaluatedPair, ...]
     strata: tuple[StratumResult, ...]
+    comparisons: tuple[Comparison, ...]
     calibrations: tuple[Calibration, ...]
 
     def of_method(self, method: str) -> list[EvaluatedPair]:
@@ -71,7 +73,11 @@ def build_results(answers: Sequence[EvaluatedPair], seed: int) -> BenchmarkResul
     ]
     calibrated = [calibration(found) for method, found in by_method.items() if not method.endswith(PUBLISHED)]
     return BenchmarkResults(
-        methods, tuple(answers), tuple(results), tuple(found for found in calibrated if found is not None)
+        methods=methods,
+        answers=tuple(answers),
+        strata=tuple(results),
+        comparisons=compare(by_method, seed),
+        calibrations=tuple(found for found in calibrated if found is not None),
     )
 
 

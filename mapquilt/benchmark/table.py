@@ -7,6 +7,7 @@ from itertools import groupby
 
 from rich.table import Table
 
+from mapquilt.benchmark.comparison import Comparison
 from mapquilt.benchmark.exchange.answers import ANSWERED
 from mapquilt.benchmark.results import REFERENCE, BenchmarkResults, StratumResult, Timing
 from mapquilt.evaluation.calibration import Calibration
@@ -18,7 +19,11 @@ COLUMNS = (
     *("stratum", "method", "ran", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),
     f"x {REFERENCE}",
 )
+COMPARISON_COLUMNS = ("outcome", "comparison", "pairs", "worlds", "alone", "points", "p", "p, Holm", "detectable")
 CALIBRATION_COLUMNS = ("method", "pairs", "Brier", "Brier of base rate", "ECE", "AUC", "NEES")
+
+WORDS = ("stratum", "method", "ran", "outcome", "comparison")
+"""Columns that do not hold numbers."""
 
 EXPLANATION = """\
 Right: within 2 degrees, 3 % of scale and a mean displacement of the common cells of 1.5 % of the target's diagonal.
@@ -29,18 +34,23 @@ Ran: as published, by the rule of the method itself; verified, with the common v
 of another program, with the times that it states.
 """
 
-OVER_MISSIONS = """\
-In square brackets the interval of a bootstrap over missions, since pairs of one mission are not independent.
+OVER_WORLDS = """\
+In square brackets the interval of a bootstrap over worlds, since pairs of one world are not independent; where all
+pairs or none count, Wilson's interval with each world counted once.
 """
 
 
 def markdown(results: BenchmarkResults) -> str:
     """Write the whole table, and the calibration."""
     parts = ["# Benchmark\n", EXPLANATION]
-    if any(row.aggregate.over_missions for row in results.strata):
-        parts.append(OVER_MISSIONS)
+    if any(row.aggregate.clustered for row in results.strata):
+        parts.append(OVER_WORLDS)
     for group, rows in groupby(results.strata, key=lambda row: row.group):
         parts += [f"## {group[0].upper()}{group[1:]}\n", _markdown_table(COLUMNS, [stratum_cells(row) for row in rows])]
+    if results.comparisons:
+        parts += ["## Comparisons\n", comparisons_text(results.comparisons)]
+        cells = [comparison_cells(one) for one in results.comparisons]
+        parts.append(_markdown_table(COMPARISON_COLUMNS, cells))
     if results.calibrations:
         rows_of_cells = [calibration_cells(found) for found in results.calibrations]
         parts += ["## Calibration\n", _markdown_table(CALIBRATION_COLUMNS, rows_of_cells)]
@@ -48,13 +58,13 @@ def markdown(results: BenchmarkResults) -> str:
 
 
 def _markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    rule = ["---" if column in ("stratum", "method", "ran") else "---:" for column in columns]
+    rule = ["---" if column in WORDS else "---:" for column in columns]
     return "".join("| " + " | ".join(cells) + " |\n" for cells in (columns, rule, *rows))
 
 
 def stratum_cells(row: StratumResult) -> tuple[str, ...]:
     """Format a row under ``COLUMNS``."""
-    found, over = row.aggregate, row.aggregate.over_missions
+    found, over = row.aggregate, row.aggregate.clustered
     errors = found.errors_right
     medians = [(errors["rotation_deg"], 3), (errors["scale_percent"], 3), (errors["displacement_cells"], 2)]
     return (
@@ -82,6 +92,34 @@ def _ratio_text(timing: Timing | None) -> str:
     if timing is None or timing.ratio is None or timing.interval is None:
         return "-"
     return f"{timing.ratio:.2f} ({timing.interval.low:.2f} to {timing.interval.high:.2f})"
+
+
+def comparisons_text(found: Sequence[Comparison]) -> str:
+    """Explain the comparisons, with their number."""
+    return f"""\
+{len(found)} comparisons on the same pairs, by an exact sign-flip test over worlds, with Holm's correction for all.
+True accepts are those of all positives, false accepts those of every pair. Alone: pairs with this outcome by one method
+only. Points: difference of the shares in per cent, with a bootstrap interval over worlds. Detectable: the smallest
+difference that would be found with 80 % power.
+"""
+
+
+def comparison_cells(one: Comparison) -> tuple[str, ...]:
+    """Format a row under ``COMPARISON_COLUMNS``."""
+    words = "not shown to differ from"
+    if one.shown:
+        words = "has more than" if one.difference > 0.0 else "has fewer than"
+    interval = "" if one.interval is None else f" ({100 * one.interval.low:+.1f} to {100 * one.interval.high:+.1f})"
+    return (
+        one.outcome,
+        f"{one.method} {words} {one.other}",
+        str(one.pairs),
+        str(one.worlds),
+        f"{one.method_alone} : {one.other_alone}",
+        f"{100 * one.difference:+.1f}{interval}",
+        *(f"{p:.2g}" for p in (one.p, one.p_holm)),
+        number_text(None if one.detectable is None else 100 * one.detectable, 1),
+    )
 
 
 def calibration_cells(found: Calibration) -> tuple[str, ...]:

@@ -70,12 +70,14 @@ class DatasetPair:
     """Hold two maps of different robots. ``target_from_source`` is None if they show two worlds and must be refused.
 
     ``noise``, ``world`` (the family) and ``poses`` (those that the robots mapped with) are None if the two maps differ
-    in them. ``residual`` is that of the fitted true transform [m], None if it was not fitted; ``target_scale`` is true
+    in them. ``geometry`` is the hash of the mission's world, those of two joined by a plus, None in older data sets.
+    ``residual`` is that of the fitted true transform [m], None if it was not fitted; ``target_scale`` is true
     metres per metre that the target states.
     """
 
     name: str
     mission: str
+    geometry: str | None
     split: str
     world: str | None
     noise: float | None
@@ -133,6 +135,7 @@ class Dataset:
         self.folder = folder
         self._samples = [record for record in manifest.samples if split in (None, record["split"])]
         self._by_name = {record["sample"]: record for record in manifest.samples}
+        self._geometry: dict[str, str | None] = {one["mission"]: one.get("fingerprint") for one in manifest.missions}
         negatives = [record for record in manifest.negatives if split in (None, record["split"])]
         self._pairs = [*self._within_samples(), *((None, record) for record in negatives)]
 
@@ -160,6 +163,7 @@ class Dataset:
         return DatasetPair(
             name=f"{sample['sample']}/{record['target']}/{record['source']}",
             mission=sample["mission"],
+            geometry=self._geometry.get(sample["mission"]),
             split=sample["split"],
             world=sample["world"],
             noise=sample["settings"]["noise"],
@@ -183,10 +187,12 @@ class Dataset:
     def _two_worlds(self, record: dict[str, Any]) -> DatasetPair:
         ends = [record["target"], record["source"]]
         samples = [self._by_name[end["sample"]] for end in ends]
+        worlds = [self._geometry.get(sample["mission"]) for sample in samples]
         paths = [self.folder / SAMPLES_FOLDER / end["sample"] / end["map"] / "map.yaml" for end in ends]
         return DatasetPair(
             name="/".join(f"{end['sample']}/{end['map']}" for end in ends),
             mission="+".join(sample["mission"] for sample in samples),
+            geometry=None if None in worlds else "+".join(map(str, worlds)),
             split=record["split"],
             world=_common(sample["world"] for sample in samples),
             noise=_common(sample["settings"]["noise"] for sample in samples),

@@ -22,8 +22,8 @@ class Aggregate:
     - ``pairs``: all pairs of the group; ``asked``: those whose transform should be found;
     - ``distorted``: of the asked ones, those whose truth is not reliable (``EvaluatedPair.reliable``);
     - ``right``, ``true_accepts``: shares of the asked pairs; ``false_accepts``: share of all;
-    - ``over_missions``: bootstrap intervals of these shares over missions, since pairs of one mission are not
-      independent; empty if pairs have no mission;
+    - ``clustered``: intervals of these shares by a bootstrap over clusters of dependent pairs (``PairInfo.cluster``);
+      empty if a pair has no cluster;
     - ``errors_right``, ``errors_accepted``: by name of the error, over right and over accepted answers to asked pairs;
     - ``acceptance_index``: median over answers to asked pairs (Birk and Carpin 2006).
     """
@@ -34,7 +34,7 @@ class Aggregate:
     right: Share | None
     true_accepts: Share | None
     false_accepts: Share | None
-    over_missions: dict[str, Interval]
+    clustered: dict[str, Interval]
     errors_right: dict[str, Quantiles | None]
     errors_accepted: dict[str, Quantiles | None]
     acceptance_index: float | None
@@ -53,7 +53,7 @@ def aggregate(
         "false_accepts": (pairs, [one.outcome == "false accept" for one in pairs]),
     }
     shares = {name: Share.counted(hits) if hits else None for name, (_, hits) in flags.items()}
-    intervals = {name: _over_missions(group, hits, new_rng) for name, (group, hits) in flags.items()}
+    intervals = {name: _clustered(group, hits, new_rng) for name, (group, hits) in flags.items()}
     indices = [one.evidence.acceptance_index for one in asked if one.evidence is not None]
     known = [index for index in indices if index is not None]
     return Aggregate(
@@ -63,18 +63,23 @@ def aggregate(
         right=shares["right"],
         true_accepts=shares["true_accepts"],
         false_accepts=shares["false_accepts"],
-        over_missions={name: interval for name, interval in intervals.items() if interval is not None},
+        clustered={name: interval for name, interval in intervals.items() if interval is not None},
         errors_right=error_quantiles([one for one in asked if one.right]),
         errors_accepted=error_quantiles([one for one in asked if one.accepted]),
         acceptance_index=float(np.median(known)) if known else None,
     )
 
 
-def _over_missions(
+def _clustered(
     pairs: Sequence[EvaluatedPair], hits: Sequence[bool], new_rng: Callable[[], np.random.Generator]
 ) -> Interval | None:
-    missions = [one.pair.mission for one in pairs]
-    return None if None in missions else mean_over_clusters(hits, missions, new_rng())
+    clusters = [one.pair.cluster for one in pairs]
+    number = len(set(clusters))
+    if None in clusters or number < 2:
+        return None
+    if all(hits) or not any(hits):  # the bootstrap cannot extrapolate: count each cluster once
+        return Share.counted([hits[0]] * number).interval
+    return mean_over_clusters(hits, clusters, new_rng())
 
 
 def error_quantiles(pairs: Sequence[EvaluatedPair]) -> dict[str, Quantiles | None]:

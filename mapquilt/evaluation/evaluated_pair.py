@@ -34,7 +34,8 @@ class PairInfo:
     - ``name``: unique within ``suite``, the data set or list of pairs; ``subset`` is a part of the suite;
     - ``target``, ``source``: names of the two maps; ``target_file``, ``source_file``: their map files;
     - ``world``, ``noise``: family of worlds and noise level; ``poses``: those that the robots mapped with;
-    - ``mission``: pairs of one mission are not independent;
+    - ``mission``, ``geometry``: the mission, and a hash of the world that it explores; those of two are joined by a
+      plus. Pairs of one world are not independent, and two missions may explore the same;
     - ``level``: values of the settings that a study varies.
     """
 
@@ -47,6 +48,7 @@ class PairInfo:
     noise: float | None = None
     poses: str | None = None
     mission: str | None = None
+    geometry: str | None = None
     level: tuple[str, ...] = ()
     target_file: Path | None = None
     source_file: Path | None = None
@@ -54,6 +56,13 @@ class PairInfo:
     @property
     def title(self) -> str:
         return f"{self.suite}: {self.name}" if self.suite else self.name
+
+    @property
+    def cluster(self) -> str | None:
+        """Name the group of dependent pairs: the world of the target, or its mission where no geometry is known."""
+        if self.geometry is not None:
+            return self.geometry.partition("+")[0]
+        return None if self.mission is None else f"{self.suite}/{self.mission.partition('+')[0]}"
 
 
 @dataclass(frozen=True)

@@ -48,20 +48,20 @@ def number_text(value: float | None, places: int) -> str:
     return "-" if value is None else f"{value:.{places}f}"
 
 
-def share_text(share: Share | None, over_missions: Interval | None = None) -> str:
-    """Format a share in per cent with its interval, such as ``95.0 (83.5 to 98.6)``, and that over missions."""
+def share_text(share: Share | None, clustered: Interval | None = None) -> str:
+    """Format a share in per cent with its interval, such as ``95.0 (83.5 to 98.6)``, and that over clusters."""
     if share is None:
         return "-"
     text = f"{100 * share.value:.1f} ({_interval_text(share.interval)})"
-    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
+    return text if clustered is None else f"{text} [{_interval_text(clustered)}]"
 
 
-def false_accept_text(share: Share | None, over_missions: Interval | None = None) -> str:
+def false_accept_text(share: Share | None, clustered: Interval | None = None) -> str:
     """Format a count with the upper end of the interval of its share in per cent, such as ``0 (up to 8.8)``."""
     if share is None:
         return "-"
     text = f"{share.count} (up to {100 * share.interval.high:.1f})"
-    return text if over_missions is None else f"{text} [{_interval_text(over_missions)}]"
+    return text if clustered is None else f"{text} [{_interval_text(clustered)}]"
 
 
 def _interval_text(interval: Interval) -> str:

@@ -29,7 +29,7 @@ OPTIONAL_EVIDENCE = (
     "alike_placements",
 )
 COLUMNS = (
-    *("method", "set", "pair", "target", "source", "subset", "level", "world", "noise", "poses", "mission"),
+    *("method", "set", "pair", "target", "source", "subset", "level", "world", "noise", "poses", "mission", "geometry"),
     *("true_overlap", "negative", "identifiable", "residual_m", "distorted"),
     *("outcome", "accepted", "right", "confidence", "reason", *ERRORS, "normalised_error"),
     *TRANSFORM,
@@ -39,8 +39,8 @@ COLUMNS = (
     *("alternative_score", "target_scale", "target_map", "source_map"),
 )
 TEXTS = (
-    *("method", "set", "pair", "target", "source", "subset", "world", "poses", "mission", "outcome"),
-    *("reason", "target_map", "source_map"),
+    *("method", "set", "pair", "target", "source", "subset", "world", "poses", "mission", "geometry"),
+    *("outcome", "reason", "target_map", "source_map"),
 )
 _FLAGS = ("negative", "identifiable", "distorted", "accepted", "right")
 _SHAPE: dict[str, Shape] = {f"{name}?": str | None if name in TEXTS else float | None for name in COLUMNS}
@@ -73,6 +73,7 @@ def to_row(one: EvaluatedPair, folder: Path | None = None) -> dict[str, Any]:
         "noise": pair.noise,
         "poses": pair.poses,
         "mission": pair.mission,
+        "geometry": pair.geometry,
         "true_overlap": truth.overlap,
         "negative": one.negative,
         "identifiable": one.identifiable,
@@ -130,6 +131,7 @@ def from_row(row: Mapping[str, Any], folder: Path = Path()) -> EvaluatedPair:
         noise=row["noise"],
         poses=get("poses"),
         mission=row["mission"],
+        geometry=get("geometry"),
         level=tuple(get("level") or ()),
         target_file=None if row["target_map"] is None else folder / row["target_map"],
         source_file=None if row["source_map"] is None else folder / row["source_map"],

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from mapquilt.benchmark.comparison import Comparison
 from mapquilt.benchmark.files import load_answers
 from mapquilt.benchmark.results import build_results
-from mapquilt.benchmark.table import COLUMNS, stratum_cells
+from mapquilt.benchmark.table import (
+    COLUMNS,
+    COMPARISON_COLUMNS,
+    WORDS,
+    comparison_cells,
+    comparisons_text,
+    stratum_cells,
+)
 from mapquilt.report.content import Content, Sheet
 
 
@@ -31,10 +40,22 @@ def benchmark_content(folder: Path) -> Content:
         sheets=[
             Sheet(
                 "Strata",
-                "Shares in per cent with Wilson's 95 % interval, in square brackets that of a bootstrap over missions; "
+                "Shares in per cent with Wilson's 95 % interval, in square brackets that of a bootstrap over worlds; "
                 "errors are medians of the right answers.",
-                [(column, column not in ("stratum", "method", "ran")) for column in COLUMNS],
+                _headings(COLUMNS),
                 rows,
-            )
+            ),
+            *_comparisons(results.comparisons),
         ],
     )
+
+
+def _headings(columns: Sequence[str]) -> list[tuple[str, bool]]:
+    return [(column, column not in WORDS) for column in columns]
+
+
+def _comparisons(found: Sequence[Comparison]) -> list[Sheet]:
+    if not found:
+        return []
+    rows = [comparison_cells(one) for one in found]
+    return [Sheet("Comparisons", comparisons_text(found), _headings(COMPARISON_COLUMNS), rows)]

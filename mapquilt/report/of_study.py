@@ -101,8 +101,8 @@ def _sheets(results: StudyResults) -> list[Sheet]:
         return [levels]
     tests = Sheet(
         "Is one method better?",
-        "McNemar's exact test on the same pairs, corrected by Holm for all tests of the study, and a bootstrap over "
-        "missions of the difference in points: a method is better only if both agree.",
+        "An exact sign-flip test over missions on the same pairs, corrected by Holm for all tests of the study; the "
+        "difference in points with a bootstrap over missions.",
         [("level", False), ("verdict", False), ("difference", True), ("true accepts alone", True), ("p, Holm", True)],
         [verdict_texts(test) for test in results.tests],
     )

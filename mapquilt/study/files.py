@@ -19,7 +19,7 @@ from mapquilt.study.records import MAPS_FOLDER, Failure, MissionTrials, TeamTria
 from mapquilt.study.results import Cell, Mean, StudyResults, build_results
 from merge.settings import PUBLISHED
 
-SCHEMA = "mapquilt-study/2"
+SCHEMA = "mapquilt-study/3"
 PLAN_FILE, TRIALS_FILE = "plan.json", ".trials.jsonl"
 STUDY_FILE, RESULTS_FILE, PAIRS_FILE, TESTS_FILE = "study.json", "results.csv", "pairs.csv", "tests.csv"
 TIMINGS_FILE, TIMES_FILE = "timings.json", "timings.csv"
@@ -128,7 +128,7 @@ def _cell_row(names: Sequence[str], cell: Cell) -> dict[str, Any]:
     row: dict[str, Any] = _level(names, cell.level)
     row |= {"method": cell.method, "missions": cell.missions, "pairs": found.asked, "distorted": found.distorted}
     row |= _share("right", found.right) | _share("true_accepts", found.true_accepts)
-    row |= _interval("true_accepts_over_missions", found.over_missions.get("true_accepts"))
+    row |= _interval("true_accepts_clustered", found.clustered.get("true_accepts"))
     row |= _share("false_accepts", found.false_accepts)
     for name in ERRORS:
         quantiles: Quantiles | None = found.errors_accepted[name]

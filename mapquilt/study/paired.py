@@ -10,10 +10,10 @@ import numpy as np
 
 from mapping.seeds import Role, stream
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-from mapquilt.evaluation.statistics import LEVEL, Interval, mean_over_clusters
+from mapquilt.evaluation.paired_test import SIGNIFICANT, cluster_sums, holm, sign_flip_p
+from mapquilt.evaluation.statistics import Interval, mean_over_clusters
 from mapquilt.study.plan import Level, StudyPlan
 
-SIGNIFICANT = 1.0 - LEVEL
 ALL_LEVELS = ("all levels",)
 
 
@@ -21,12 +21,10 @@ ALL_LEVELS = ("all levels",)
 class PairedTest:
     """``method`` against ``other`` at a level, on the pairs that both were asked for.
 
-    ``method_alone`` and ``other_alone``: true accepts of one method only; ``p``: McNemar's exact test; ``p_holm``: the
-    same after Holm's correction for all tests of the study; ``difference``: of the shares, with its bootstrap
-    ``interval`` over missions, None with one mission.
-
-    ``verdict`` is better or worse only if ``p_holm`` is below 0.05 and the interval excludes 0: the test ignores that
-    pairs of one mission depend on each other, and the bootstrap is unreliable for small numbers.
+    ``method_alone`` and ``other_alone``: true accepts of one method only; ``p``: ``sign_flip_p`` over missions, since
+    neither pairs of one mission nor levels of one pair are independent; ``p_holm``: after Holm's correction for all
+    tests of the study; ``difference``: of the shares, with its bootstrap ``interval`` over missions, None with one
+    mission.
     """
 
     level: Level
@@ -42,17 +40,13 @@ class PairedTest:
 
     @property
     def verdict(self) -> str:
-        if self.p_holm >= SIGNIFICANT or (self.interval is not None and self.interval.low <= 0.0 <= self.interval.high):
+        if self.p_holm >= SIGNIFICANT:
             return "no difference shown"
         return "better" if self.difference > 0.0 else "worse"
 
 
 def paired_tests(plan: StudyPlan, asked: Sequence[EvaluatedPair]) -> tuple[PairedTest, ...]:
-    """Compare each two methods at each level, and over all levels together, on the pairs that both were asked for.
-
-    Sources: McNemar 1947, exact by the binomial distribution; Holm 1979; for the bootstrap see
-    ``mean_over_clusters``.
-    """
+    """Compare each two methods at each level, and over all levels together, on the pairs that both were asked for."""
     found = []
     for level in (*plan.levels, ALL_LEVELS):
         here = [one for one in asked if level in (one.pair.level, ALL_LEVELS)]
@@ -60,7 +54,8 @@ def paired_tests(plan: StudyPlan, asked: Sequence[EvaluatedPair]) -> tuple[Paire
             test = _test(plan, level, method, other, here)
             if test is not None:
                 found.append(test)
-    return _corrected(found)
+    adjusted = holm([test.p for test in found])
+    return tuple(replace(test, p_holm=p) for test, p in zip(found, adjusted, strict=True))
 
 
 def _test(plan: StudyPlan, level: Level, method: str, other: str, pairs: Sequence[EvaluatedPair]) -> PairedTest | None:
@@ -71,32 +66,23 @@ def _test(plan: StudyPlan, level: Level, method: str, other: str, pairs: Sequenc
     keys = sorted(hits[method].keys() & hits[other].keys())
     if not keys:
         return None
-    gains = np.array([int(hits[method][key]) - int(hits[other][key]) for key in keys])
-    alone, other_alone = int((gains > 0).sum()), int((gains < 0).sum())
+    gains = [int(hits[method][key]) - int(hits[other][key]) for key in keys]
+    missions = [key[0] for key in keys]
     rng = stream(plan.seed, Role.BENCHMARK_BOOTSTRAP, 4)
-    interval = mean_over_clusters(gains.tolist(), [key[0] for key in keys], rng)
-    p = mcnemar(alone, other_alone)
-    return PairedTest(level, method, other, len(keys), alone, other_alone, float(gains.mean()), interval, p, p)
+    p = sign_flip_p(cluster_sums(gains, missions))
+    return PairedTest(
+        level=level,
+        method=method,
+        other=other,
+        pairs=len(keys),
+        method_alone=gains.count(1),
+        other_alone=gains.count(-1),
+        difference=float(np.mean(gains)),
+        interval=mean_over_clusters(gains, missions, rng),
+        p=p,
+        p_holm=p,
+    )
 
 
 def _key(one: EvaluatedPair) -> tuple[str, Level, str, str]:
     return one.pair.mission or "", one.pair.level, one.pair.target, one.pair.source
-
-
-def mcnemar(one_alone: int, other_alone: int) -> float:
-    """Compute the probability of a split at least as uneven if both were equally good; 1 if they never differ."""
-    from scipy.stats import binomtest
-
-    if not one_alone + other_alone:
-        return 1.0
-    return float(binomtest(one_alone, one_alone + other_alone).pvalue)
-
-
-def _corrected(tests: list[PairedTest]) -> tuple[PairedTest, ...]:
-    """Apply Holm's step-down: the k-th smallest of n p-values times n - k + 1, never falling."""
-    order = sorted(range(len(tests)), key=lambda k: tests[k].p)
-    least, adjusted = 0.0, {}
-    for rank, k in enumerate(order):
-        least = max(least, min(1.0, (len(tests) - rank) * tests[k].p))
-        adjusted[k] = least
-    return tuple(replace(test, p_holm=adjusted[k]) for k, test in enumerate(tests))

@@ -157,7 +157,7 @@ def time_figure(results: StudyResults) -> Figure:
 
 def _true_accepts(cell: Cell) -> Point | None:
     share = cell.pairs.true_accepts
-    band = cell.pairs.over_missions.get("true_accepts")
+    band = cell.pairs.clustered.get("true_accepts")
     return None if share is None else Point(share.value, share.interval, band)
 
 

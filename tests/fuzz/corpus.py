@@ -137,7 +137,7 @@ def _trials(folder: Path) -> bytes:
 
 
 def _benchmark_journal(folder: Path) -> bytes:
-    (folder / TASKS_FILE).write_text(json.dumps({"methods": [], "seeds": [], "pairs": []}, indent=1))
+    (folder / TASKS_FILE).write_text(json.dumps({"methods": [], "seeds": [], "given": [], "pairs": []}, indent=1))
     return json.dumps({"task": "0", "rows": [to_row(_answer())], "seconds": [1.0]}).encode() + b"\n"
 
 

@@ -79,12 +79,55 @@ def test_median_errors_are_those_of_right_answers():
     assert error_quantiles([evaluated(True, None)])["rotation_deg"] is None
 
 
+def test_clusters_are_worlds_of_the_target_or_missions():
+    there, alone = {"mission": "m0", "geometry": "g0"}, {"mission": "m3+m4"}
+    names = [evaluated(True, GOOD, **fields).pair.cluster for fields in (there, there | {"mission": "m1"}, alone, {})]
+    assert names == ["g0", "g0", "made/m3", None]
+    assert evaluated(True, None, mission="m0+m1", geometry="g0+g1").pair.cluster == "g0"
+
+
+def test_where_all_pairs_count_or_none_each_world_counts_once():
+    same = [evaluated(True, GOOD, mission=f"m{k // 10}") for k in range(40)]
+    found = aggregate(same, same, NEW_RNG)
+    assert found.clustered["true_accepts"] == Share.counted([True] * 4).interval
+    assert found.clustered["false_accepts"] == Share.counted([False] * 4).interval
+    one_world = [evaluated(True, GOOD, mission=f"m{k}", geometry="hall") for k in range(40)]
+    assert aggregate(one_world, one_world, NEW_RNG).clustered == {}
+
+
+def two_methods(worlds):
+    """Pairs of these worlds that one method answers well, and another badly; and one negative that both accept."""
+    bad = [evaluated(True, BAD, method="bad", name=str(k), mission=world) for k, world in enumerate(worlds)]
+    good = [evaluated(True, GOOD, method="good", name=str(k), mission=world) for k, world in enumerate(worlds)]
+    none = {"negative": True, "mission": "m0", "name": "none", "distorted": None}
+    return [*bad, evaluated(True, None, method="bad", **none), *good, evaluated(True, None, method="good", **none)]
+
+
+def test_methods_are_compared_by_world():
+    true, false = build_results(two_methods([f"m{k}" for k in range(9)]), 0).comparisons
+    assert (true.outcome, true.method, true.other) == ("true accepts", "bad", "good")
+    assert (true.pairs, true.worlds, true.method_alone, true.other_alone) == (9, 9, 0, 9)
+    assert (true.difference, true.interval, true.detectable) == (-1.0, Interval(-1.0, -1.0), 0.0)
+    assert true.p == pytest.approx(2.0 * 0.5**9)
+    assert true.p_holm == pytest.approx(4.0 * 0.5**9)
+    assert (false.outcome, false.pairs, false.method_alone, false.difference) == ("false accepts", 10, 9, 0.9)
+    assert true.shown and false.shown
+    (row,) = [line for line in markdown(build_results(two_methods("abcdefghi"), 0)).splitlines() if "fewer" in line]
+    assert row.startswith("| true accepts | bad has fewer than good | 9 | 9 | 0 : 9 | -100.0 ")
+
+
+def test_many_pairs_of_one_world_show_nothing():
+    true, false = build_results(two_methods(["m0"] * 30), 0).comparisons
+    assert (true.pairs, true.worlds, true.p, true.interval) == (30, 1, 1.0, None)
+    assert not true.shown and not false.shown
+
+
 def test_missions_are_resampled_if_pairs_have_one():
-    over = build_results(PAIRS, 0).strata[0].aggregate.over_missions
+    over = build_results(PAIRS, 0).strata[0].aggregate.clustered
     assert set(over) == {"right", "true_accepts", "false_accepts"}
     assert over["false_accepts"] == Interval(0.0, 1.0)
     alone = [evaluated(True, GOOD), evaluated(True, GOOD)]
-    assert aggregate(alone, alone, NEW_RNG).over_missions == {}
+    assert aggregate(alone, alone, NEW_RNG).clustered == {}
 
 
 def test_times_are_compared_with_plain_orb_alone_if_it_ran():
