@@ -1,21 +1,28 @@
-"""MkDocs hook: write the references of the command line and of the settings from the code."""
+"""MkDocs hook: write the references of the command line and of the settings from the code, and the leaderboard."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import os
+import sys
+from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks.leaderboard.table import leaderboard_tables
 from mapquilt.cli.app import VERBS, load_verb, run
 from mapquilt.leaves import get_leaf, leaf_names
 from mapquilt.settings import ExperimentConfig
 
-CLI_PAGE, SETTINGS_PAGE = "reference/cli.md", "reference/settings.md"
+CLI_PAGE, SETTINGS_PAGE, LEADERBOARD_PAGE = "reference/cli.md", "reference/settings.md", "leaderboard.md"
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Append the help of every verb, or the table of all settings, to their page."""
+    """Append the help of every verb, the table of all settings, or the results of all methods, to their page."""
+    if page.file.src_uri == LEADERBOARD_PAGE:
+        return markdown + "\n" + leaderboard_tables()
     if page.file.src_uri == CLI_PAGE:
         return markdown + "".join(map(_section, _commands()))
     return markdown + settings_table() if page.file.src_uri == SETTINGS_PAGE else markdown

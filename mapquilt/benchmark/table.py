@@ -16,7 +16,8 @@ from mapquilt.viz.text_table import plain_table
 from merge.settings import PUBLISHED
 
 COLUMNS = (
-    *("stratum", "method", "ran", "pairs", "right", "true accepts", "false accepts", "deg", "%", "cells", "s"),
+    *("stratum", "method", "ran", "pairs", "right", "true accepts", "false accepts", "accepted right"),
+    *("deg", "%", "cells", "s"),
     f"x {REFERENCE}",
 )
 COMPARISON_COLUMNS = ("outcome", "comparison", "pairs", "worlds", "alone", "points", "p", "p, Holm", "detectable")
@@ -28,8 +29,9 @@ WORDS = ("stratum", "method", "ran", "outcome", "comparison")
 EXPLANATION = """\
 Right: within 2 degrees, 3 % of scale and a mean displacement of the common cells of 1.5 % of the target's diagonal.
 True accepts: right and accepted. Shares in per cent with Wilson's 95 % interval. False accepts: accepted answers that
-are not right, any accepted negative among them; then the upper end of the share's interval in per cent. deg, %, cells:
-median errors of the right answers. s: median processor time of a pair on one thread; the ratio is that of medians.
+are not right, any accepted negative among them; then the upper end of the share's interval in per cent. Accepted right:
+share of right ones among all accepted answers. deg, %, cells: median errors of the right answers. s: median processor
+time of a pair on one thread; the ratio is that of medians.
 Ran: as published, by the rule of the method itself; verified, with the common verification and acceptance; or answers
 of another program, with the times that it states.
 """
@@ -74,6 +76,7 @@ def stratum_cells(row: StratumResult) -> tuple[str, ...]:
         share_text(found.right, over.get("right")),
         share_text(found.true_accepts, over.get("true_accepts")),
         false_accept_text(found.false_accepts, over.get("false_accepts")),
+        share_text(found.accepted_right, over.get("accepted_right")),
         *(number_text(None if error is None else error.median, places) for error, places in medians),
         number_text(None if row.timing is None else row.timing.median_s, 3),
         _ratio_text(row.timing),

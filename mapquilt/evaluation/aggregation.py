@@ -22,6 +22,7 @@ class Aggregate:
     - ``pairs``: all pairs of the group; ``asked``: those whose transform should be found;
     - ``distorted``: of the asked ones, those whose truth is not reliable (``EvaluatedPair.reliable``);
     - ``right``, ``true_accepts``: shares of the asked pairs; ``false_accepts``: share of all;
+    - ``accepted_right``: share of right answers among those that were accepted, the precision;
     - ``clustered``: intervals of these shares by a bootstrap over clusters of dependent pairs (``PairInfo.cluster``);
       empty if a pair has no cluster;
     - ``errors_right``, ``errors_accepted``: by name of the error, over right and over accepted answers to asked pairs;
@@ -34,6 +35,7 @@ class Aggregate:
     right: Share | None
     true_accepts: Share | None
     false_accepts: Share | None
+    accepted_right: Share | None
     clustered: dict[str, Interval]
     errors_right: dict[str, Quantiles | None]
     errors_accepted: dict[str, Quantiles | None]
@@ -47,10 +49,12 @@ def aggregate(
 
     Each bootstrap starts from a fresh generator, so that one share's interval does not depend on the others.
     """
+    accepted = [one for one in pairs if one.accepted]
     flags = {
         "right": (asked, [one.right for one in asked]),
         "true_accepts": (asked, [one.outcome == "true accept" for one in asked]),
         "false_accepts": (pairs, [one.outcome == "false accept" for one in pairs]),
+        "accepted_right": (accepted, [one.right for one in accepted]),
     }
     shares = {name: Share.counted(hits) if hits else None for name, (_, hits) in flags.items()}
     intervals = {name: _clustered(group, hits, new_rng) for name, (group, hits) in flags.items()}
@@ -63,6 +67,7 @@ def aggregate(
         right=shares["right"],
         true_accepts=shares["true_accepts"],
         false_accepts=shares["false_accepts"],
+        accepted_right=shares["accepted_right"],
         clustered={name: interval for name, interval in intervals.items() if interval is not None},
         errors_right=error_quantiles([one for one in asked if one.right]),
         errors_accepted=error_quantiles([one for one in asked if one.accepted]),

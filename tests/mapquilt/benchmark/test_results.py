@@ -79,6 +79,11 @@ def test_median_errors_are_those_of_right_answers():
     assert error_quantiles([evaluated(True, None)])["rotation_deg"] is None
 
 
+def test_precision_counts_every_accepted_pair():
+    every = build_results(PAIRS, 0).strata[-1].aggregate.accepted_right
+    assert (every.count, every.of) == (2, 5), "ambiguous, distorted and negative ones among them"
+
+
 def test_clusters_are_worlds_of_the_target_or_missions():
     there, alone = {"mission": "m0", "geometry": "g0"}, {"mission": "m3+m4"}
     names = [evaluated(True, GOOD, **fields).pair.cluster for fields in (there, there | {"mission": "m1"}, alone, {})]
@@ -124,7 +129,7 @@ def test_many_pairs_of_one_world_show_nothing():
 
 def test_missions_are_resampled_if_pairs_have_one():
     over = build_results(PAIRS, 0).strata[0].aggregate.clustered
-    assert set(over) == {"right", "true_accepts", "false_accepts"}
+    assert set(over) == {"right", "true_accepts", "false_accepts", "accepted_right"}
     assert over["false_accepts"] == Interval(0.0, 1.0)
     alone = [evaluated(True, GOOD), evaluated(True, GOOD)]
     assert aggregate(alone, alone, NEW_RNG).clustered == {}

@@ -27,7 +27,7 @@ def test_a_split_is_run_and_missions_are_resampled(tiny, tmp_path):
         rows = list(csv.DictReader(file))
     assert {row["pair"] for row in rows} == {pair.name for pair in mapquilt.load_dataset(tiny).pairs}
     summary = json.loads((tmp_path / "all/summary.json").read_text())
-    assert set(summary["strata"][-1]["clustered"]) == {"false_accepts"}
+    assert set(summary["strata"][-1]["clustered"]) >= {"false_accepts"}
     of_split = json.loads((tmp_path / "test/summary.json").read_text())["strata"][-1]["pairs"]
     assert of_split == len(mapquilt.load_dataset(tiny, "test").pairs) < summary["strata"][-1]["pairs"]
     assert not (tmp_path / "all/sheets").exists()
