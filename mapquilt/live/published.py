@@ -4,35 +4,28 @@
 /mapquilt/conflicts      nav_msgs/OccupancyGrid, latched: where the maps contradict one another
 /tf_static               merged frame -> map frame of the robot that holds it, which never changes
 /tf                      merged frame -> map frame of every other robot that is joined
-/mapquilt/diagnostics    diagnostic_msgs/DiagnosticArray: each robot's state, each pair's verdict, with their reasons
+/mapquilt/diagnostics    diagnostic_msgs/DiagnosticArray: the whole, each robot's state and pair's verdict, with reasons
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from rosbags.typesys.stores import ros2_humble as ros
 
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
+from mapping.wording import counted
 from mapquilt.convert.ros_messages import BAG_START, occupancy_grid, transform
 from mapquilt.live.live_merger import LiveState
 from mapquilt.live.placement import State
 from mapquilt.live.settings import LiveSettings
+from mapquilt.live.topics import Names
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 """Levels of diagnostic_msgs/DiagnosticStatus."""
-
-
-@dataclass(frozen=True)
-class Names:
-    """Names of what is published: the ``frame`` and the ``topic`` of the merged map."""
-
-    frame: str = "map_merged"
-    topic: str = "/map_merged"
 
 
 def published(
@@ -40,7 +33,9 @@ def published(
     now: float,
     names: Names = Names(),
     settings: LiveSettings = LiveSettings(),
+    *,
     with_maps: bool = True,
+    frozen: bool = False,
 ) -> Iterator[tuple[str, Any]]:
     """Yield topic and message of all that is published at ``now`` [s] of ROS time, ``with_maps`` or without."""
     stamp = now - BAG_START  # which the messages add
@@ -55,8 +50,8 @@ def published(
             yield topic, ros.tf2_msgs__msg__TFMessage(transforms)
     if state.fused is not None and with_maps:
         yield names.topic, occupancy_grid(state.fused.merged, stamp, names.frame)
-        yield "/mapquilt/conflicts", occupancy_grid(state.fused.conflicts, stamp, names.frame)
-    yield "/mapquilt/diagnostics", diagnostics(state, now, settings)
+        yield names.conflicts, occupancy_grid(state.fused.conflicts, stamp, names.frame)
+    yield names.diagnostics, diagnostics(state, now, settings, frozen)
 
 
 def map_frames(state: LiveState) -> dict[str, str]:
@@ -66,9 +61,14 @@ def map_frames(state: LiveState) -> dict[str, str]:
     return {name: f"{name}/{frame or 'map'}" if frame in several else frame for name, frame in frames.items()}
 
 
-def diagnostics(state: LiveState, now: float, settings: LiveSettings) -> ros.diagnostic_msgs__msg__DiagnosticArray:
-    """Build the diagnostics: a status for each robot and each pair."""
-    statuses = []
+def diagnostics(
+    state: LiveState, now: float, settings: LiveSettings, frozen: bool = False
+) -> ros.diagnostic_msgs__msg__DiagnosticArray:
+    """Build the diagnostics: a status of the whole, of each robot and of each pair."""
+    joined, robots = len(state.poses), len(state.robots)
+    whole = f"{joined} of {counted(robots, 'robot')} joined{', frozen' if frozen else ''}"
+    values = {"joined": str(joined), "robots": str(robots), "updates": str(state.turn), "frozen": str(frozen).lower()}
+    statuses = [_status(OK if robots and joined == robots else WARN, "mapquilt: merged map", whole, values)]
     for name, robot in state.robots.items():
         placement = state.placements[name]
         silent = robot.is_silent(now, settings)

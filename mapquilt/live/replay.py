@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from mapquilt.convert.ros_bag import BagWriter
 from mapquilt.live.live_merger import LiveMerger, LiveState
-from mapquilt.live.published import Names, published
+from mapquilt.live.published import published
 from mapquilt.live.received_map import MapMessage, MapPatch
+from mapquilt.live.topics import Names
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class PublishedBag:
     """
 
     def __init__(self, bag: BagWriter, merger: LiveMerger, names: Names = Names(), map_period: float = 1.0) -> None:
-        self._bag, self._settings, self._names, self._period = bag, merger.settings, names, map_period
+        self._bag, self._merger, self._names, self._period = bag, merger, names, map_period
         self._next_map, self._last = 0.0, Moment(0.0, merger.state, 0.0)
         self._held: tuple[str, ...] = ()
 
@@ -50,7 +51,10 @@ class PublishedBag:
         with_maps = last or moment.now >= self._next_map
         self._next_map = moment.now + self._period if with_maps else self._next_map
         held = tuple(name for name, each in moment.state.placements.items() if each.holds_frame)
-        for topic, message in published(moment.state, moment.now, self._names, self._settings, with_maps):
+        settings, frozen = self._merger.settings, self._merger.frozen
+        for topic, message in published(
+            moment.state, moment.now, self._names, settings, with_maps=with_maps, frozen=frozen
+        ):
             if topic != "/tf_static" or held != self._held:
                 self._bag.write(topic, message, round(1e9 * moment.now))
         self._held, self._last = held, moment

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -76,6 +77,16 @@ def heard(robot: Robot, message: MapMessage | MapPatch, now: float, settings: Li
         notes = (f"resolution changed from {last.resolution:g} to {message.resolution:g} m",)
     same = grid.frame == before.frame and np.array_equal(grid.log_odds, before.log_odds)
     return replace(robot, message=message, grid=grid, version=robot.version + (not same), notes=notes)
+
+
+def told_silence(
+    robots: Mapping[str, Robot], silent: frozenset[str], now: float, settings: LiveSettings = LiveSettings()
+) -> tuple[frozenset[str], tuple[str, ...]]:
+    """Return the robots that are silent now, and tell which fell silent and which spoke again since ``silent``."""
+    quiet = frozenset(name for name, robot in robots.items() if robot.is_silent(now, settings))
+    events = [f"{name}: silent for {now - robots[name].heard:.0f} s; its last map stays" for name in quiet - silent]
+    events += [f"{name}: heard again" for name in silent - quiet]
+    return quiet, tuple(sorted(events))
 
 
 def _restart(

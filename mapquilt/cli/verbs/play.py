@@ -17,7 +17,7 @@ from mapquilt.cli.options.files import RunFolder, path
 from mapquilt.cli.tables import print_table
 from mapquilt.convert.conversion import require_new_folder
 from mapquilt.jobs.progress import count_progress, mapping_label
-from mapquilt.live.live_extra import live_extra, ros_domain
+from mapquilt.live.ros2.live_extra import live_extra, ros_domain
 from mapquilt.logs.rosbags_extra import rosbags_extra
 from mapquilt.runs.folder import require_run
 from mapquilt.runs.robot import load_run_robots
@@ -89,7 +89,7 @@ def _write(sent: Iterable[Sent], out: Path, total: int) -> int:
 def _send(sent: Iterable[Sent], domain: int, speed: float, total: int) -> int:
     """Send messages to the network at their time; return the number of maps."""
     with live_extra():
-        from mapquilt.live.network import LATCHED, STREAM, Network
+        from mapquilt.live.ros2.network import LATCHED, STREAM, Network
     network, start, first = Network(domain), time.monotonic(), None
     maps = done = 0
     with count_progress("sending scans") as on_progress:

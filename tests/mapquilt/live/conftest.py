@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import command
 
 if TYPE_CHECKING:
-    from mapquilt.live.network import Network
+    from mapquilt.live.ros2.network import Network
     from tests.mapquilt.live.processes import Processes
 
 
@@ -24,11 +24,11 @@ def close_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def network() -> Iterator[Network]:
-    """The loopback interface, as the processes of this worker see it."""
+    """The loopback interface, as the processes of this worker see it; a process can join a domain but once."""
     pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install mapquilt[live]")
-    from mapquilt.live.network import Network
+    from mapquilt.live.ros2.network import Network
     from tests.mapquilt.live.processes import DOMAIN, LOOPBACK
 
     with pytest.MonkeyPatch.context() as patch:

@@ -9,9 +9,10 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from mapquilt.live.network import LATCHED, STREAM, Network, Subscription
+from mapquilt.live.ros2.network import LATCHED, STREAM, Network, Subscription
 
 GRID = "nav_msgs/msg/OccupancyGrid"
 LOOPBACK = (
@@ -98,6 +99,13 @@ class Processes:
             HOME=str(home),
             PATH=os.environ["PATH"],
         )
+        assert node.says("ready"), node.output
+        return self._started(node)
+
+    def dds_node(self) -> Process:
+        """Start a robot without ROS, and wait until it is ready."""
+        words = (sys.executable, Path(__file__).with_name("dds_node.py"), DOMAIN)
+        node = Process(*words, **{**os.environ, "CYCLONEDDS_URI": LOOPBACK, "PYTHONPATH": os.pathsep.join(sys.path)})
         assert node.says("ready"), node.output
         return self._started(node)
 

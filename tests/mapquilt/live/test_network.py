@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapping.io.map_file import load_map
-from mapquilt.live.live_extra import live_extra, ros_domain
+from mapquilt.live.ros2.live_extra import live_extra, ros_domain
 from tests.conftest import command
 from tests.mapquilt.live.floors import explored, floor
 
@@ -16,10 +16,10 @@ pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install ma
 
 from mapquilt.convert.ros_bag import scan_messages
 from mapquilt.convert.ros_messages import occupancy_grid
-from mapquilt.live.dds_types import STORE, idl_type
 from mapquilt.live.live_merger import LiveMerger
-from mapquilt.live.network import LATCHED, STREAM, Quality
 from mapquilt.live.published import published
+from mapquilt.live.ros2.dds_types import STORE, idl_type
+from mapquilt.live.ros2.network import LATCHED, STREAM, Quality
 from mapquilt.runs.robot import load_run_robots
 from tests.mapquilt.live.floors import message as map_of
 from tests.mapquilt.live.processes import GRID, is_published, transforms, wait_for

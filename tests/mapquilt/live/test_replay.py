@@ -123,7 +123,9 @@ def test_diagnostics_name_every_robot_and_pair(results):
     out, _ = results
     last = read(out)["/mapquilt/diagnostics"][-1][1]
     status = {each.name: each for each in last.status}
-    assert set(status) == {"mapquilt: robot_0", "mapquilt: robot_1", "mapquilt: robot_0 <- robot_1"}
+    names = ("merged map", "robot_0", "robot_1", "robot_0 <- robot_1")
+    assert set(status) == {f"mapquilt: {name}" for name in names}
+    assert status["mapquilt: merged map"].message == "2 of 2 robots joined"
     values = {each.key: each.value for each in status["mapquilt: robot_0 <- robot_1"].values}
     assert values["verdict"] == "accepted"
 
@@ -144,6 +146,23 @@ def test_a_recorded_merge_can_be_extended(results, close_run, tmp_path):
 def test_a_frozen_replay_moves_nothing(team, tmp_path):
     assert command("live", "--from", team, "--out", tmp_path / "bag", "--freeze-after", 0.0) == 1
     assert "/tf" not in read(tmp_path / "bag")
+    assert command("live", "--from", team, "--out", tmp_path / "frozen", "--freeze") == 1
+    messages = read(tmp_path / "frozen")
+    assert "/tf" not in messages
+    assert messages["/mapquilt/diagnostics"][-1][1].status[0].message == "0 of 2 robots joined, frozen"
+
+
+def test_topics_lie_in_the_namespace_and_settings_are_heeded(team, tmp_path):
+    """With 99 confirmations, which never come, only the map that holds the frame is joined."""
+    options = ("--namespace", "site/fleet", "--set", "placement.confirmations=99")
+    assert command("live", "--from", team, "--out", tmp_path / "bag", *options) == 1
+    messages = read(tmp_path / "bag")
+    assert set(messages) == {
+        "/site/fleet/map_merged",
+        "/site/fleet/mapquilt/conflicts",
+        "/site/fleet/mapquilt/diagnostics",
+        "/tf_static",
+    }
 
 
 def write_bag(path: Path, ending: str) -> Path:
@@ -203,6 +222,7 @@ def test_a_message_keeps_the_yaw_of_its_origin():
 def test_robots_are_named_after_their_namespaces():
     assert robot_names(["/robot_0/map", "/fleet/b/map"]) == {"/robot_0/map": "robot_0", "/fleet/b/map": "fleet_b"}
     assert robot_names(["/map"]) == {"/map": "map"}
+    assert robot_names(["/a/map", "/a/plan"], {"/a/map": "a"}) == {"/a/map": "a", "/a/plan": "a_plan"}
     assert robot_names(["/a/map", "/a/local_map"]) == {"/a/map": "a_map", "/a/local_map": "a_local_map"}
     assert TopicChoice(discover="/robot_*/map").takes("/robot_7/map")
     assert not TopicChoice(("/a/map",)).takes("/robot_7/map")
@@ -213,7 +233,12 @@ def test_robots_are_named_after_their_namespaces():
     [
         (("--topic", "/robot_9/map"), "no topic /robot_9/map, only the maps /robot_0/map, /robot_1/map"),
         (("--discover", "/tb*/map"), "no topic /tb*/map, only the maps /robot_0/map, /robot_1/map"),
-        (("--out-topic", "merged"), "a topic that starts with /"),
+        (("--out-topic", "merged map"), "--out-topic merged map: must be a name of a ROS topic"),
+        (("--namespace", "2nd"), "--namespace 2nd: must be a name of ROS"),
+        (("--frame", ""), "--frame '': must be the name of a frame"),
+        (("--topic", "map"), "--topic map: must be the full name of a ROS topic"),
+        (("--set", "placement.x=1"), "--set placement.x=1"),
+        (("--use-sim-time",), "--use-sim-time: goes with topics of the network"),
         (("--from", "missing.mcap"), "missing.mcap"),
     ],
 )

@@ -17,8 +17,8 @@ pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install ma
 
 from mapquilt.evaluation.transform_error import RIGHT, transform_error
 from mapquilt.live.bag_maps import map_message, yaw_of
-from mapquilt.live.network import Network
 from mapquilt.live.received_map import MapMessage, grid_of
+from mapquilt.live.ros2.network import Network
 from mapquilt.live.simulated_team import start_poses, team_messages
 from mapquilt.runs.robot import RunRobot, load_run_robots
 from tests.conftest import command

@@ -6,6 +6,7 @@ itself decodes cells to Python lists, 3 s for 800,000.
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
@@ -32,6 +33,8 @@ _BASES: dict[str, Any] = {
 }
 
 
+_DDS_NAME = re.compile(r"(\w+)::msg::dds_::(\w+)_")
+
 _LISTS: Any = types
 """Makes array and sequence types by index, which their annotations do not know."""
 
@@ -40,6 +43,12 @@ def dds_name(kind: str) -> str:
     """Return the name that a ROS type has in DDS: ``nav_msgs::msg::dds_::OccupancyGrid_``."""
     package, _, name = kind.split("/")
     return f"{package}::msg::dds_::{name}_"
+
+
+def ros_name(kind: str) -> str:
+    """Return the ROS name of a DDS type; other names stay as they are."""
+    found = _DDS_NAME.fullmatch(kind)
+    return kind if found is None else f"{found[1]}/msg/{found[2]}"
 
 
 @cache

@@ -17,7 +17,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from rosbags.serde import SerdeError
 
-from mapquilt.live.dds_types import STORE, cdr_type, dds_name
+from mapquilt.live.ros2.dds_types import STORE, cdr_type
 
 _CONFIG = (
     "<CycloneDDS><Domain><Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
@@ -26,7 +26,7 @@ _CONFIG = (
 """Without it nothing is received from ROS 2 Kilted, whose type information differs."""
 
 _MOST_TAKEN = 100
-"""Samples taken from a reader at once; readers of maps keep one."""
+"""Messages that a reader keeps and gives at once; latched publishers and readers of maps keep one."""
 
 
 @dataclass(frozen=True)
@@ -76,16 +76,26 @@ class Network:
         """Send a message of rosbags' types; a topic keeps the quality of its first message."""
         kind = message.__msgtype__
         with _naming(topic):
-            if topic not in self._writers:
-                self._writers[topic] = DataWriter(self._participant, self._topic(topic, kind), _qos(quality))
             sample = cdr_type(kind)()
             sample.cdr = bytes(STORE.serialize_cdr(message, kind))
-            self._writers[topic].write(sample)
+            self.writer(topic, kind, quality).write(sample)
 
-    def subscribe(self, topic: str, kind: str, quality: Quality) -> Subscription:
-        """Open a reader of the last message of each publisher."""
+    def writer(self, topic: str, kind: str, quality: Quality) -> DataWriter[Any]:
+        """Return the writer of a topic, which is opened at the first call."""
+        if topic not in self._writers:
+            depth = 1 if quality.latched else _MOST_TAKEN
+            self._writers[topic] = DataWriter(self._participant, self._topic(topic, kind), _qos(quality, depth))
+        return self._writers[topic]
+
+    def withdraw(self, topic: str) -> None:
+        """Close the writer of a topic; a latched message goes with it."""
+        self._writers.pop(topic, None)
+
+    def subscribe(self, topic: str, kind: str, quality: Quality, depth: int | None = None) -> Subscription:
+        """Open a reader that keeps the last ``depth`` messages; None stands for many."""
         with _naming(topic):
-            return Subscription(DataReader(self._participant, self._topic(topic, kind), _qos(quality)), kind)
+            qos = _qos(quality, depth or _MOST_TAKEN)
+            return Subscription(DataReader(self._participant, self._topic(topic, kind), qos), kind)
 
     def publishers(self) -> Mapping[Any, Publisher]:
         """Return the publishers of ROS topics that are on the network now."""
@@ -116,22 +126,22 @@ class Subscription:
         """Yield the messages that came since, as rosbags decodes them; None for one that cannot be decoded."""
         for sample in self._reader.take(_MOST_TAKEN):
             if hasattr(sample, "cdr"):
-                try:
-                    yield STORE.deserialize_cdr(sample.cdr, self._kind)
-                except (SerdeError, ValueError, UnicodeDecodeError):
-                    yield None
+                yield decoded(sample.cdr, self._kind)
 
 
-def is_kind(publisher: Publisher, kind: str) -> bool:
-    """Check if a publisher sends messages of a ROS type."""
-    return publisher.kind == dds_name(kind)
+def decoded(data: bytes, kind: str) -> Any:
+    """Return the message of a type that these bytes hold; None if they hold none."""
+    try:
+        return STORE.deserialize_cdr(data, kind)
+    except (SerdeError, ValueError):
+        return None
 
 
-def _qos(quality: Quality) -> Qos:
+def _qos(quality: Quality, depth: int) -> Qos:
     return Qos(
         Policy.Reliability.Reliable(duration(seconds=1)) if quality.reliable else Policy.Reliability.BestEffort,
         Policy.Durability.TransientLocal if quality.latched else Policy.Durability.Volatile,
-        Policy.History.KeepLast(1 if quality.latched else 100),
+        Policy.History.KeepLast(depth),
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
     )
 

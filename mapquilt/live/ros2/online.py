@@ -1,0 +1,101 @@
+"""Live merging of topics of the network, in real time. Needs the extra ``[live]``."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from mapquilt.live.live_merger import LiveMerger, LiveState
+from mapquilt.live.published import published
+from mapquilt.live.replay import Moment
+from mapquilt.live.robots import told_silence
+from mapquilt.live.ros2.clock import Clock
+from mapquilt.live.ros2.controls import Controls
+from mapquilt.live.ros2.map_topics import MapTopics
+from mapquilt.live.ros2.network import LATCHED, STREAM, Network
+from mapquilt.live.topics import Names, TopicChoice
+
+
+@dataclass(frozen=True)
+class OnlineSettings:
+    """Times of a live merge of topics.
+
+    - ``poll`` [s]: time between two looks at the network, which adds to the latency;
+    - ``heartbeat`` [s]: tf and diagnostics are sent at least so often; tf2 extrapolates nothing.
+    """
+
+    poll: float = 0.02
+    heartbeat: float = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One look at the network.
+
+    ``now`` [s] of the clock, None as long as it is unknown; the ``state``; the ``moment`` of the update, None if no map
+    came; ``events`` tell what the network does; ``record`` says that someone asks for a record of the merge.
+    """
+
+    now: float | None
+    state: LiveState
+    moment: Moment | None = None
+    events: tuple[str, ...] = ()
+    record: bool = False
+
+
+def merge_online(
+    merger: LiveMerger,
+    network: Network,
+    choice: TopicChoice,
+    names: Names = Names(),
+    *,
+    clock: Clock = time.time,
+    settings: OnlineSettings = OnlineSettings(),
+) -> Iterator[Cycle]:
+    """Merge maps as they come, and publish the result, for as long as the caller asks for cycles.
+
+    The caller may freeze the merger between two cycles; so may others, by a topic.
+    """
+    topics, controls = MapTopics(network, choice, names), Controls(network, names)
+    silent: frozenset[str] = frozenset()
+    last, sent, frozen = clock(), -math.inf, False
+    if last is None:
+        yield Cycle(None, merger.state, events=("/clock: nothing heard yet; waits for the simulated time",))
+    while True:
+        now = clock()
+        if now is None:
+            time.sleep(settings.poll)
+            yield Cycle(None, merger.state)
+            continue
+        events = list(topics.look())
+        if last is not None and now < last:
+            events.append(f"time went back by {last - now:.1f} s")
+        last = now
+        wish = controls.freeze()
+        merger.frozen = merger.frozen if wish is None else wish
+        if merger.frozen is not frozen:
+            frozen = merger.frozen
+            events.append("frozen: all poses are held" if frozen else "not frozen: poses follow the maps")
+        messages, unreadable = topics.take()
+        moment = None
+        if messages:
+            start = time.perf_counter()
+            state = merger.update(messages, now)
+            moment = Moment(now, state, time.perf_counter() - start)
+        silent, told = told_silence(merger.state.robots, silent, now, merger.settings)
+        if messages or time.monotonic() - sent >= settings.heartbeat:
+            sent = time.monotonic()
+            _publish(network, merger, clock() or now, names, with_maps=bool(messages))
+        yield Cycle(now, merger.state, moment, (*events, *unreadable, *told), controls.record())
+        if not messages:
+            time.sleep(settings.poll)
+
+
+def _publish(network: Network, merger: LiveMerger, now: float, names: Names, *, with_maps: bool) -> None:
+    for topic, message in published(
+        merger.state, now, names, merger.settings, with_maps=with_maps, frozen=merger.frozen
+    ):
+        latched = topic in ("/tf_static", names.topic, names.conflicts)
+        network.publish(topic, message, LATCHED if latched else STREAM)
