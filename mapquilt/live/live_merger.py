@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse.csgraph import shortest_path
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.live.pair_answers import Known, match_changed, without
 from mapquilt.live.placement import Missing, Placement, Sighting, State, advance, anchor, restarted
@@ -23,9 +25,24 @@ from merge.multimap.team import Team
 from merge.pair.feature_cache import FeatureCache
 from merge.records.result import PairResult
 from merge.records.verdict import Reason
+from merge.settings import MergeSettings
 
 CONTRADICTING = (Reason.FREE_SPACE_VIOLATION, Reason.CONTRADICTS_TEAM, Reason.CONTRADICTS_PRIOR)
 """Refusals that speak against the pose that is held; others only no longer support it."""
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedMaps:
+    """Maps that are joined, each with its ``merged_from_map``, on the cells of a ``raster``; fused when asked for."""
+
+    raster: GridFrame
+    maps: tuple[tuple[Similarity2, OccupancyGrid], ...]
+    settings: MergeSettings
+
+    @cached_property
+    def fused(self) -> Fused:
+        """Return the merged map and its conflicts."""
+        return fuse_and_compare(self.raster, self.maps, self.settings.fusion, self.settings.merged_grid)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +50,15 @@ class LiveState:
     """All that a live merge knows at one moment.
 
     ``robots`` in the order in which they were first heard, their ``placements``, the answers of their ``pairs``, the
-    ``raster`` of the merged map, None before the first join, the merged map and its conflicts as ``fused``; ``turn``
-    counts the updates, ``events`` tell what the last one changed.
+    ``raster`` of the merged map, None before the first join, the maps that are ``joined``; ``turn`` counts the updates,
+    ``events`` tell what the last one changed.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
     placements: Mapping[str, Placement] = field(default_factory=dict)
     pairs: Known = field(default_factory=dict)
     raster: GridFrame | None = None
-    fused: Fused | None = None
+    joined: JoinedMaps | None = None
     turn: int = 0
     events: tuple[str, ...] = ()
 
@@ -50,6 +67,11 @@ class LiveState:
         """Poses ``merged_from_map`` of the maps that are joined."""
         poses = {name: placement.published for name, placement in self.placements.items()}
         return {name: pose for name, pose in poses.items() if pose is not None}
+
+    @property
+    def fused(self) -> Fused | None:
+        """Merged map and conflicts, made when they are first asked for; None before the first join."""
+        return None if self.joined is None else self.joined.fused
 
 
 class LiveMerger:
@@ -89,7 +111,7 @@ class LiveMerger:
         ]
         if changed:
             state = state if self.frozen else self._placed(state)
-            state = self._fused(state)
+            state = self._joined(state)
         self.state = replace(state, events=(*state.events, *_moved(before, state)))
         return self.state
 
@@ -97,11 +119,12 @@ class LiveMerger:
         """Match the pairs that changed, and advance the placement of each map that they concern."""
         held = {name: each.held for name, each in state.placements.items() if each.is_joined and each.held is not None}
         usable = [robot for robot in state.robots.values() if robot.grid is not None]
+        self._cache.keep(robot.grid for robot in usable if robot.grid is not None)
         pairs = match_changed(usable, state.pairs, held, self._cache, state.turn, self.settings)
         state = replace(state, pairs=pairs)
         if len(usable) < 2:
             return state
-        team = _team(usable, self.settings)
+        team = _team(usable, self._cache, self.settings)
         answers = {team.pair(*names): entry.answer for names, entry in pairs.items()}
         clusters = [_Cluster(team, each, answers) for each in cluster(team, answers) if len(each.poses) > 1]
         state = (
@@ -138,25 +161,23 @@ class LiveMerger:
             events=(*state.events, f"{first}: the merged frame is its map frame"),
         )
 
-    def _fused(self, state: LiveState) -> LiveState:
-        """Fuse the maps that are joined, on the cells of the raster that was fixed."""
+    def _joined(self, state: LiveState) -> LiveState:
+        """Put the maps that are joined on the cells of the raster that was fixed."""
         if state.raster is None:
             return state
-        grids = [(pose, grid) for name, pose in state.poses.items() if (grid := state.robots[name].grid) is not None]
-        if not grids:
-            return replace(state, fused=None)
-        merge = self.settings.merge
-        return replace(state, fused=fuse_and_compare(state.raster, grids, merge.fusion, merge.merged_grid))
+        maps = [(pose, grid) for name, pose in state.poses.items() if (grid := state.robots[name].grid) is not None]
+        joined = JoinedMaps(state.raster, tuple(maps), self.settings.merge) if maps else None
+        return replace(state, joined=joined)
 
 
 def _version(state: LiveState, name: str) -> int:
     return state.robots[name].version
 
 
-def _team(robots: Sequence[Robot], settings: LiveSettings) -> Team:
+def _team(robots: Sequence[Robot], cache: FeatureCache, settings: LiveSettings) -> Team:
     grids = tuple(robot.grid for robot in robots if robot.grid is not None)
     names = tuple(robot.name for robot in robots)
-    return Team.of(MapSet(names, grids, tuple("m" for _ in names)), settings.merge, settings.seed)
+    return Team.of(MapSet(names, grids, tuple("m" for _ in names)), settings.merge, settings.seed, cache=cache)
 
 
 class _Cluster:

@@ -16,6 +16,7 @@ from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import GuidedTask, match, match_near
 from merge.pair.task import PairTask
 from merge.records.result import PairResult
+from merge.records.verdict import Reason
 
 Names = tuple[str, str]
 """Names of two robots, the one that was heard first as the target."""
@@ -28,8 +29,9 @@ class KnownPair:
     ``versions`` are those of the maps that gave it; ``searched`` the known cells of both at the last match from
     scratch, None if a new one is due. A match near a guess is blind to better places elsewhere, so its answer is never
     surer than the ``ceiling``: the confidence of that last match, or of what placed the two maps. ``turn`` is the
-    number of the update. A pair is ``challenged`` if it was accepted, and more cells then make a match from scratch
-    refuse the same place: only another such match accepts it again.
+    number of the update. ``proven`` is the highest confidence that a match from scratch has given to this place. A pair
+    is ``challenged`` if it was accepted, and more cells then make a match from scratch refuse the same place: only
+    another such match accepts it again.
     """
 
     answer: PairResult
@@ -37,6 +39,7 @@ class KnownPair:
     searched: tuple[int, int] | None
     ceiling: float
     turn: int
+    proven: float = 0.0
     challenged: bool = False
 
 
@@ -75,18 +78,31 @@ def match_changed(
         answer = match_near(GuidedTask(_task(pairs[names], settings), pose), cache)
         answer = dataclasses.replace(answer, confidence=min(answer.confidence, ceiling))
         searched = None if before.answer.accepted and not answer.accepted else before.searched
-        found[names] = KnownPair(answer, _versions(pairs[names]), searched, ceiling, turn)
+        found[names] = KnownPair(answer, _versions(pairs[names]), searched, ceiling, turn, before.proven)
     scratch = [names for names in pairs if _is_due(found.get(names), pairs[names], names, placed, settings)]
     for names in sorted(scratch, key=waited)[: settings.full_matches]:
         answer = match(_task(pairs[names], settings), cache)
-        last = found.get(names)
-        challenged = last is not None and not answer.accepted and (last.answer.accepted or last.challenged)
-        accepted_before = last.answer if last is not None and last.answer.accepted and challenged else None
-        if accepted_before is not None and _is_missed(accepted_before, answer, pairs[names][1], settings):
-            answer, challenged = accepted_before, False
         cells = pairs[names][0].known_cells, pairs[names][1].known_cells
-        found[names] = KnownPair(answer, _versions(pairs[names]), cells, answer.confidence, turn, challenged)
+        entry = KnownPair(answer, _versions(pairs[names]), cells, answer.confidence, turn, answer.confidence)
+        found[names] = entry if names not in found else _after_scratch(found[names], entry, pairs[names][1], settings)
     return found
+
+
+def _after_scratch(last: KnownPair, entry: KnownPair, source: Robot, settings: LiveSettings) -> KnownPair:
+    """Weigh the answer of a match from scratch, ``entry``, against the last answer."""
+    before, scratch = last.answer, entry.answer
+    if scratch.accepted:
+        same = before.accepted and _are_near(before.target_from_source, scratch.target_from_source, source, settings)
+        return dataclasses.replace(entry, proven=max(last.proven, scratch.confidence) if same else scratch.confidence)
+    if not before.accepted:
+        return dataclasses.replace(entry, proven=last.proven, challenged=last.challenged)
+    if _is_missed(before, scratch, source, settings):
+        return dataclasses.replace(entry, answer=before, proven=last.proven)
+    if last.proven >= settings.proven_confidence and _is_undecided(before, scratch, source, settings):
+        unsure = min(before.confidence, settings.merge.acceptance.min_confidence)
+        kept = dataclasses.replace(before, confidence=unsure)
+        return dataclasses.replace(entry, answer=kept, ceiling=unsure, proven=last.proven)
+    return dataclasses.replace(entry, proven=last.proven, challenged=True)
 
 
 def _is_missed(before: PairResult, scratch: PairResult, source: Robot, settings: LiveSettings) -> bool:
@@ -95,9 +111,26 @@ def _is_missed(before: PairResult, scratch: PairResult, source: Robot, settings:
         return True
     if before.target_from_source is None or before.evidence is None:
         return False
-    shift, turn = displacement(before.target_from_source, scratch.target_from_source, source.middle)
-    elsewhere = shift > settings.same_place or turn > settings.same_yaw
+    elsewhere = not _are_near(before.target_from_source, scratch.target_from_source, source, settings)
     return elsewhere and scratch.evidence.score < before.evidence.score
+
+
+def _is_undecided(before: PairResult, scratch: PairResult, source: Robot, settings: LiveSettings) -> bool:
+    """Check if a match from scratch was refused only because another place fits about as well as the accepted one."""
+    if scratch.reason not in (Reason.AMBIGUOUS, Reason.SYMMETRIC) or scratch.evidence is None:
+        return False
+    least = settings.undecided_share * scratch.evidence.score
+    places = [scratch.target_from_source]
+    places += [each.target_from_source for each in scratch.alternatives if each.score >= least]
+    return any(_are_near(before.target_from_source, place, source, settings) for place in places)
+
+
+def _are_near(first: Similarity2 | None, second: Similarity2 | None, source: Robot, settings: LiveSettings) -> bool:
+    """Check if two transforms put the source at the same place."""
+    if first is None or second is None:
+        return False
+    shift, turn = displacement(first, second, source.middle)
+    return shift <= settings.same_place and turn <= settings.same_yaw
 
 
 def _task(pair: tuple[Robot, Robot], settings: LiveSettings) -> PairTask:

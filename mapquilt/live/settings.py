@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from mapping.validation import require_valid
+from merge.pair.settings import PairSettings
 from merge.settings import MergeSettings
 
 
@@ -23,8 +24,8 @@ class PlacementSettings:
     - ``long_patience``: so is one that no accepted pair supports any more, although nothing contradicts it.
     """
 
-    join_confidence: float = 0.8
-    confirmations: int = 2
+    join_confidence: float = 0.9
+    confirmations: int = 3
     gate: float = 3.0
     blend: float = 0.3
     max_step: float = 0.05
@@ -41,7 +42,7 @@ class LiveSettings:
     """Settings of a live merge.
 
     - ``placement``: thresholds of the state machine of each map;
-    - ``merge``: settings of the merger;
+    - ``merge``: settings of the merger; refusals are not explained by other scales, which would cost as much again;
     - ``seed``: of the merger's random samples;
     - ``occupied``, ``free`` [percent]: a cell is a wall from ``occupied`` on and free up to ``free``, as
       nav2's map_saver has it;
@@ -51,12 +52,14 @@ class LiveSettings:
     - ``growth``: a refused pair is matched again from scratch once a map of it knows this share of cells more,
       ``regrowth`` an accepted one, in case its maps fit better elsewhere by then;
     - ``same_place`` [m], ``same_yaw`` [rad]: matches of a pair nearer than this are at the same place;
+    - ``proven_confidence``: a place that a match from scratch was once so sure of is not given up because another fits
+      as well, from ``undecided_share`` of its score on, but only for one that fits better;
     - ``full_matches``: pairs matched from scratch in one update, which bounds its time;
     - ``guided_matches``: pairs matched again near their last answer in one update.
     """
 
     placement: PlacementSettings = field(default_factory=PlacementSettings)
-    merge: MergeSettings = field(default_factory=MergeSettings)
+    merge: MergeSettings = field(default_factory=lambda: MergeSettings(pair=PairSettings(explains_refusals=False)))
     seed: int = 0
     occupied: int = 65
     free: int = 25
@@ -67,11 +70,13 @@ class LiveSettings:
     regrowth: float = 1.0
     same_place: float = 1.0
     same_yaw: float = math.radians(5.0)
+    proven_confidence: float = 0.95
+    undecided_share: float = 0.9
     full_matches: int = 1
     guided_matches: int = 12
 
     def __post_init__(self) -> None:
-        require_valid(self, shares=("kept_share",), not_negative=("seed",))
+        require_valid(self, shares=("kept_share", "proven_confidence", "undecided_share"), not_negative=("seed",))
         if not self.free < self.occupied <= 100:
             raise ValueError(
                 f"LiveSettings: free is {self.free} and occupied {self.occupied}, must be in order and at most 100"

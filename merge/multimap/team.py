@@ -26,7 +26,6 @@ from merge.multimap.graph import (
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.task import CanonicalOrder, PairTask, Runner, run_tasks
-from merge.preparation.settings import PreparationSettings
 from merge.records.prior import Expected, expected_poses, shared_frame
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
@@ -45,9 +44,9 @@ class TaskRunner:
         self,
         runner: Runner | None,
         on_progress: Callable[[int, int], None] | None,
-        preparation: PreparationSettings,
+        cache: FeatureCache,
     ) -> None:
-        self.cache = FeatureCache(preparation)
+        self.cache = cache
         self._runner, self._on_progress = runner, on_progress
         self._done, self._planned = 0, 0
 
@@ -88,9 +87,11 @@ class Team:
         seed: int = 0,
         on_progress: Callable[[int, int], None] | None = None,
         runner: Runner | None = None,
+        cache: FeatureCache | None = None,
     ) -> Team:
-        """Prepare a merge. Raises ``ValueError`` for priors that say nothing."""
-        run, ordered = TaskRunner(runner, on_progress, settings.preparation), _in_canonical_order(maps)
+        """Prepare a merge; a ``cache`` may hold maps of it. Raises ``ValueError`` for priors that say nothing."""
+        cache = FeatureCache(settings.preparation) if cache is None else cache
+        run, ordered = TaskRunner(runner, on_progress, cache), _in_canonical_order(maps)
         frames = tuple(local_frames(ordered, run.cache))
         scale = settings.scale if settings.scale is not None else maps.scale_range
         likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood, settings.alignment)

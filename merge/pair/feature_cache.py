@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import math
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -70,6 +70,11 @@ class FeatureCache:
     def clear(self) -> None:
         """Forget all maps."""
         self._maps.clear()
+
+    def keep(self, grids: Iterable[OccupancyGrid]) -> None:
+        """Forget all maps but these."""
+        kept = set(map(fingerprint, grids))
+        self._maps = OrderedDict((key, features) for key, features in self._maps.items() if key in kept)
 
     def _known(self, grid: OccupancyGrid) -> MapFeatures:
         key = fingerprint(grid)

@@ -55,7 +55,8 @@ def match(task: PairTask, cache: FeatureCache | None = None) -> PairResult:
     """
     features = task.features(cache)
     answer = _answer(*features, task.in_cells(task.scale, features), task.settings, task.seed)
-    if _fits(answer) or task.settings.as_published or answer.score == 0.0:
+    unexplained = not task.settings.pair.explains_refusals or task.settings.as_published
+    if _fits(answer) or unexplained or answer.score == 0.0:
         return to_result(task, answer, features)
     return to_result(
         task, _at_another_scale(task, features) or _if_mirrored(task, features, answer) or answer, features
@@ -146,7 +147,7 @@ class GuidedTask:
 def match_near(task: GuidedTask, cache: FeatureCache | None = None) -> PairResult:
     """Match a pair near its guess; other poses with a similar score do not make it ambiguous."""
     pair = task.pair
-    features = pair.features(cache)
+    features = pair.features(cache, methods=())
     metres = [metres_from_prepared(grid.frame, each.prepared) for grid, each in zip(pair.grids, features, strict=True)]
     scale = pair.in_cells(pair.scale, features)
     if isinstance(task.guess, Expected):

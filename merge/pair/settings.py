@@ -52,7 +52,8 @@ class PairSettings:
       ``AcceptanceSettings.margin_cap``;
     - ``alternatives``: this many other transforms are reported;
     - ``same_log_scale``: an answer whose log scale is nearer to 0 confirms the stated resolutions;
-    - ``symmetry``: when a symmetry of the place makes two placements alike.
+    - ``symmetry``: when a symmetry of the place makes two placements alike;
+    - ``explains_refusals``: refused maps are matched at other scales and mirrored, too, to name such a reason.
     """
 
     min_wall_points: int = 20
@@ -62,6 +63,7 @@ class PairSettings:
     alternatives: int = 3
     same_log_scale: float = math.log(1.03)
     symmetry: SymmetrySettings = field(default_factory=SymmetrySettings)
+    explains_refusals: bool = True
 
     def __post_init__(self) -> None:
         require_valid(self, not_negative=("alternatives",))

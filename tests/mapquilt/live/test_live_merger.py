@@ -128,24 +128,40 @@ def test_garbage_changes_no_pose_and_is_told():
     assert after.events == ("robot_1: resolution is nan, must be finite; the message is ignored",)
 
 
-def test_a_join_that_a_match_from_scratch_no_longer_accepts_is_taken_back(monkeypatch):
-    """As in a corridor whose other end fits as well once it is seen."""
+def doubted(monkeypatch, elsewhere: Similarity2) -> list[LiveState]:
+    """Join two robots; then matches from scratch find two answers equally good, the best one moved by ``elsewhere``."""
     merger = LiveMerger()
     before = drive(merger, range(2, 7), ("robot_0", "robot_2"))[-1]
     assert set(before.poses) == {"robot_0", "robot_2"}
 
     def ambiguous(task, cache):
         found = match(task, cache)
-        return dataclasses.replace(found, accepted=False, confidence=0.1, refusal=Refusal(Reason.AMBIGUOUS))
+        moved = found.target_from_source @ elsewhere
+        evidence = dataclasses.replace(found.evidence, score=0.99)
+        refusal = Refusal(Reason.AMBIGUOUS)
+        return dataclasses.replace(
+            found, accepted=False, confidence=0.1, refusal=refusal, target_from_source=moved, evidence=evidence
+        )
 
     monkeypatch.setattr("mapquilt.live.pair_answers.match", ambiguous)
-    eager = dataclasses.replace(merger.settings, growth=1e-6, regrowth=1e-6)
-    merger.settings = eager
-    states = drive(merger, range(7, 12), ("robot_0", "robot_2"))
+    merger.settings = dataclasses.replace(merger.settings, growth=1e-6, regrowth=1e-6)
+    return drive(merger, range(7, 12), ("robot_0", "robot_2"))
+
+
+def test_a_join_is_taken_back_if_another_place_fits_better_from_scratch(monkeypatch):
+    """As in a corridor whose other end fits better once it is seen."""
+    states = doubted(monkeypatch, Similarity2(3.0, 0.0, 0.0))
     told = [event for state in states for event in state.events]
     assert any("taken back: no pair supports it any more: with robot_" in event for event in told)
     assert any(event.endswith("two answers equally good") for event in told)
     assert len(states[-1].poses) <= 1
+
+
+def test_a_proven_join_stands_while_no_other_place_fits_better(monkeypatch):
+    states = doubted(monkeypatch, Similarity2.identity())
+    for state in states:
+        assert set(state.poses) == {"robot_0", "robot_2"}
+        check_poses(state)
 
 
 def test_two_different_floors_never_join():

@@ -35,7 +35,7 @@ poses = st.builds(Similarity2, st.floats(-20, 20), st.floats(-20, 20), st.floats
 sure = st.floats(SETTINGS.join_confidence, 1.0)
 
 
-def sighting(pose: Similarity2, confidence: float = 0.9) -> Sighting:
+def sighting(pose: Similarity2, confidence: float = 0.95) -> Sighting:
     return Sighting(pose, 0.2, math.radians(1.0), confidence)
 
 
@@ -43,6 +43,10 @@ def after(placement: Placement, *events: Sighting | Missing) -> Placement:
     for event in events:
         placement = advance(placement, event, MIDDLE, SETTINGS)
     return placement
+
+
+def join(seen: Sighting) -> Placement:
+    return after(Placement(), *[seen] * SETTINGS.confirmations)
 
 
 class NeverJumps(RuleBasedStateMachine):
@@ -116,8 +120,8 @@ def test_the_table_names_each_threshold_with_its_value():
 @given(poses, sure)
 def test_a_pose_that_is_confirmed_joins_where_it_is(pose, confidence):
     seen = sighting(pose, confidence)
-    assert after(Placement(), seen).state is State.CANDIDATE
-    joined = after(Placement(), seen, seen)
+    assert after(Placement(), *[seen] * (SETTINGS.confirmations - 1)).state is State.CANDIDATE
+    joined = join(seen)
     assert joined.state is State.JOINED
     assert joined.published == pose
 
@@ -139,7 +143,7 @@ def test_a_constant_answer_is_reached(pose, x, y, turn):
 
 def test_a_contradicted_join_is_taken_back_and_an_unsupported_one_later():
     seen = sighting(Similarity2(1.0, 2.0, 0.5))
-    joined = after(Placement(), seen, seen)
+    joined = join(seen)
     against = Missing("with robot_1: walls contradict free space", contradicted=True)
     assert after(joined, *[against] * (SETTINGS.patience - 1)).published == seen.merged_from_map
     taken_back = after(joined, *[against] * SETTINGS.patience)
@@ -152,8 +156,8 @@ def test_a_contradicted_join_is_taken_back_and_an_unsupported_one_later():
 
 def test_another_place_replaces_the_held_one_only_if_it_is_surer():
     here, there = Similarity2(), Similarity2(10.0, 0.0, 0.0)
-    joined = after(Placement(), *[sighting(here, 0.95)] * 2)
-    assert after(joined, *[sighting(there, 0.9)] * 20) == joined
+    joined = join(sighting(here, 0.95))
+    assert after(joined, *[sighting(there, 0.93)] * 20) == joined
     replaced = after(joined, *[sighting(there, 0.97)] * SETTINGS.patience)
     assert replaced.published is None
     assert "10.0 m" in replaced.reason
@@ -162,4 +166,4 @@ def test_another_place_replaces_the_held_one_only_if_it_is_surer():
 
 def test_the_map_that_fixes_the_frame_is_exact():
     assert anchor(Similarity2()).holds_frame
-    assert not after(Placement(), *[sighting(Similarity2())] * 2).holds_frame
+    assert not join(sighting(Similarity2())).holds_frame
