@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import MappingProxyType
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
-from mapping.slam.graph.adjustment import adjust, moved_scans
+from mapping.slam.graph.adjustment import adjust, moved_scans, moved_with_nodes
 from mapping.slam.loops.closure import KeyframeGraph
 from mapping.slam.result import SlamResult
 from mapping.slam.settings import SlamSettings
@@ -59,6 +59,21 @@ def slam(
         edges=(*(link.edge() for link in tracker.track.links), *loops),
         timings=MappingProxyType(clock.seconds),
     )
+
+
+def online_poses(log: RobotLog, settings: SlamSettings = DEFAULTS) -> Iterator[NDArray[np.float64]]:
+    """Yield after each scan the poses ``start_from_base`` of all scans so far, (k + 1, 3), as SLAM has them then.
+
+    A loop that closes moves earlier poses. ``slam`` improves the last of these once more, by steps 3 and 4.
+    """
+    tracker = Tracker(log, range_deviation(log.scans, settings.points), settings)
+    graph = KeyframeGraph(tracker, settings)
+    nodes: list[int] = []
+    for index in range(len(log.scans)):
+        if tracker.add(index):
+            graph.add_keyframe()
+            nodes.append(index)
+        yield moved_with_nodes(tracker.track.poses[: index + 1], np.array(nodes), graph.poses)
 
 
 class _Clock:

@@ -11,14 +11,19 @@ No robot knows where the others start: ``NAME/map`` has no parent.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rosbags.typesys.stores import ros2_humble as ros
 
+from mapping.geometry.se2 import SE2
 from mapping.grid.log_odds import LogOddsMapper
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.robot.trajectory import Trajectory
 from mapping.slam.front_end import FRONT_ENDS
+from mapping.slam.pipeline import online_poses
 from mapping.slam.settings import SlamSettings
 from mapquilt.convert.ros_bag import mounting, scan_messages
 from mapquilt.convert.ros_messages import occupancy_grid, ros_nanoseconds, transform
@@ -26,6 +31,22 @@ from mapquilt.runs.robot import RunRobot
 
 Sent = tuple[str, Any, int]
 """Topic, message and time [ns]."""
+
+
+PoseSource = Trajectory | Iterable[NDArray[np.float64]]
+"""Poses of a robot's scans: known from the start, or those of all scans so far, (k + 1, 3), after each scan k."""
+
+ONLINE = "online"
+"""Poses as SLAM has them at the time of each map: a loop that closes moves what was drawn before."""
+
+
+def pose_sources(
+    robots: Sequence[RunRobot], poses: str, on_robot: Callable[[int, int], None] = lambda done, total: None
+) -> tuple[PoseSource, ...]:
+    """Return the poses of each robot: those of a front end for the whole log, or ``ONLINE``."""
+    if poses == ONLINE:
+        return tuple(online_poses(robot.log) for robot in robots)
+    return start_poses(robots, poses, on_robot)
 
 
 def start_poses(
@@ -40,18 +61,18 @@ def start_poses(
 
 
 def team_messages(
-    robots: Sequence[RunRobot], poses: Sequence[Trajectory], period: float = 2.0, resolution: float = 0.05
+    robots: Sequence[RunRobot], poses: Sequence[PoseSource], period: float = 2.0, resolution: float = 0.05
 ) -> Iterator[Sent]:
     """Yield the messages of a team in the order of their time, each robot's map every ``period`` [s] and at its end.
 
-    ``poses`` are ``map_from_base`` of each robot, one for each scan.
+    ``poses`` are ``map_from_base`` of each robot.
     """
     moments = sorted(
         (ros_nanoseconds(scan.stamp), index, k)
         for index, robot in enumerate(robots)
         for k, scan in enumerate(robot.log.scans)
     )
-    mappers = [LogOddsMapper(resolution) for _ in robots]
+    maps = [_GrowingMap(robot, source, resolution) for robot, source in zip(robots, poses, strict=True)]
     due = [robot.log.scans[0].stamp + period for robot in robots]
     yield "/tf_static", ros.tf2_msgs__msg__TFMessage([mounting(robot) for robot in robots]), moments[0][0]
     last = -1
@@ -61,14 +82,40 @@ def team_messages(
             last = nanoseconds
             seconds, rest = divmod(nanoseconds, 1_000_000_000)
             yield "/clock", ros.rosgraph_msgs__msg__Clock(ros.builtin_interfaces__msg__Time(seconds, rest)), nanoseconds
-        map_from_base = poses[index].pose(k)
-        map_from_odom = map_from_base @ robot.log.odometry.pose(k).inverse()
+        map_from_odom = maps[index].next_pose() @ robot.log.odometry.pose(k).inverse()
         placed = transform(scan.stamp, map_from_odom, f"{robot.name}/map", f"{robot.name}/odom")
         yield "/tf", ros.tf2_msgs__msg__TFMessage([placed]), nanoseconds
         for topic, message in scan_messages(robot, k):
             yield topic, message, nanoseconds
-        mappers[index].integrate(scan, map_from_base @ robot.log.base_from_lidar)
         if scan.stamp >= due[index] or k == len(robot.log.scans) - 1:
             due[index] += period
-            grid = occupancy_grid(mappers[index].grid(), scan.stamp, f"{robot.name}/map")
-            yield f"/{robot.name}/map", grid, nanoseconds
+            yield f"/{robot.name}/map", occupancy_grid(maps[index].grid(), scan.stamp, f"{robot.name}/map"), nanoseconds
+
+
+class _GrowingMap:
+    """Map of one robot, which is drawn anew when SLAM has moved a pose by more than ``tolerance`` [m or rad]."""
+
+    def __init__(self, robot: RunRobot, source: PoseSource, resolution: float, tolerance: float = 1e-4) -> None:
+        self._log, self._resolution, self._tolerance = robot.log, resolution, tolerance
+        self._source = _poses_so_far(source) if isinstance(source, Trajectory) else iter(source)
+        self._poses = self._drawn = np.empty((0, 3))
+        self._mapper = LogOddsMapper(resolution)
+
+    def next_pose(self) -> SE2:
+        """Return the pose of the next scan."""
+        self._poses = next(self._source)
+        return SE2(*self._poses[-1].tolist())
+
+    def grid(self) -> OccupancyGrid:
+        """Draw the scans so far."""
+        done = len(self._drawn)
+        if np.abs(self._poses[:done] - self._drawn).max(initial=0.0) > self._tolerance:
+            self._mapper, done = LogOddsMapper(self._resolution), 0
+        for scan, pose in zip(self._log.scans[done:], self._poses[done:], strict=False):
+            self._mapper.integrate(scan, SE2(*pose.tolist()) @ self._log.base_from_lidar)
+        self._drawn = np.concatenate((self._drawn[:done], self._poses[done:]))
+        return self._mapper.grid()
+
+
+def _poses_so_far(trajectory: Trajectory) -> Iterator[NDArray[np.float64]]:
+    return (trajectory.poses[: k + 1] for k in range(len(trajectory)))

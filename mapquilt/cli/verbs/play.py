@@ -34,7 +34,13 @@ def play(
     ] = None,
     period: Annotated[float, typer.Option(help="Time between two maps of a robot [s].")] = 2.0,
     resolution: Annotated[float, typer.Option(help="Cell size of the maps [m].")] = 0.05,
-    poses: Annotated[str, typer.Option(help=f"Poses that robots map with: {', '.join(FRONT_ENDS)}.")] = "slam",
+    poses: Annotated[
+        str,
+        typer.Option(
+            help="Poses that robots map with: online (as SLAM has them at the time of each map), slam (of the whole "
+            "log), odometry."
+        ),
+    ] = "online",
     speed: Annotated[float, typer.Option(help="Without --out: factor on the speed of time.")] = 1.0,
     domain: Annotated[
         int | None, typer.Option(min=0, max=232, help="DDS domain; default: ROS_DOMAIN_ID, else 0.")
@@ -52,8 +58,8 @@ def play(
         raise ValueError(f"--speed {speed:g}: must be positive")
     if out is not None and domain is not None:
         raise ValueError("--domain: goes with topics of the network, not with --out")
-    if poses not in FRONT_ENDS:
-        raise ValueError(f"--poses {poses}: must be one of {', '.join(FRONT_ENDS)}")
+    if poses not in (allowed := ("online", *FRONT_ENDS)):
+        raise ValueError(f"--poses {poses}: must be one of {', '.join(allowed)}")
     if not period > 0.0:
         raise ValueError(f"--period {period:g}: must be positive [s]")
     if not 0.005 <= resolution <= 10.0:
@@ -61,11 +67,11 @@ def play(
     if out is not None:
         require_new_folder(out)
     with rosbags_extra() if out is not None else live_extra():
-        from mapquilt.live.simulated_team import start_poses, team_messages
+        from mapquilt.live.simulated_team import pose_sources, team_messages
     robots = load_run_robots(require_run(run))
     with count_progress(f"{mapping_label()}, robots") as on_progress:
-        paths = start_poses(robots, poses, on_progress)
-    sent, total = team_messages(robots, paths, period, resolution), sum(len(robot.log.scans) for robot in robots)
+        sources = pose_sources(robots, poses, on_progress)
+    sent, total = team_messages(robots, sources, period, resolution), sum(len(robot.log.scans) for robot in robots)
     maps = _send(sent, ros_domain(domain), speed, total) if out is None else _write(sent, out, total)
     what = f"{counted(maps, 'map')} and {counted(total, 'scan')} of {counted(len(robots), 'robot')}"
     print_table(f"sent: {what}" if out is None else f"written: {out}, {what}; mapquilt live --from {out} merges them")

@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from mapping.robot.trajectory import Trajectory
 from mapping.slam.front_end import FRONT_ENDS
-from mapping.slam.pipeline import slam
+from mapping.slam.pipeline import online_poses, slam
 from mapping.slam.settings import POSES, TRUE_POSES, SlamSettings
 from tests.mapping.slam.rooms import along, log_of, office, path_error, ring_corridor
 
@@ -53,6 +54,25 @@ def test_the_covariances_of_edges_fit_their_errors(corridor, solved):
         off = ((first.inverse() @ second) @ edge.first_from_second.inverse()).log()
         values.append(off @ np.linalg.solve(edge.covariance, off) / 3.0)
     assert 0.1 < np.mean(values) < 3.0
+
+
+def test_online_poses_stay_until_a_loop_closes_and_end_near_those_of_the_whole_log(corridor, solved):
+    log, true = corridor
+    moved, before = [], np.zeros((0, 3))
+    for k, poses in enumerate(online_poses(log)):
+        assert poses.shape == (k + 1, 3)
+        assert poses[0] == pytest.approx(np.zeros(3), abs=1e-9)
+        moved.append(np.abs(poses[:k] - before).max(initial=0.0))
+        before = poses
+    loops = np.flatnonzero(np.array(moved) > 1e-9)
+    first_loop = min(solved.keyframes[edge.second] for edge in solved.loops)
+    assert len(loops)
+    assert loops[0] >= first_loop
+    assert path_error(Trajectory(log.odometry.stamps, before), true) < 0.2 * path_error(log.odometry, true)
+    without = dataclasses.replace(SlamSettings(), loops=dataclasses.replace(SlamSettings().loops, enabled=False))
+    *_, tracked = online_poses(log, without)
+    for poses in online_poses(log, without):
+        np.testing.assert_allclose(poses, tracked[: len(poses)], atol=1e-9)
 
 
 def test_equal_logs_give_equal_bytes(corridor, solved):

@@ -21,10 +21,10 @@ from rosbags.typesys.stores import ros2_humble as ros
 from mapping.geometry.se2 import SE2
 from mapping.grid.log_odds import map_log
 from mapping.io.map_file import load_map
-from mapquilt.convert.ros_messages import occupancy_grid
+from mapquilt.convert.ros_messages import occupancy_grid, ros_nanoseconds
 from mapquilt.live.bag_maps import bag_maps, map_message, yaw_of
 from mapquilt.live.received_map import MapPatch
-from mapquilt.live.simulated_team import start_poses
+from mapquilt.live.simulated_team import start_poses, team_messages
 from mapquilt.live.topics import TopicChoice, robot_names
 from mapquilt.runs.robot import load_run_robots
 from tests.conftest import command, hashes
@@ -69,6 +69,24 @@ def test_a_played_map_is_that_of_the_scans_so_far(close_run, team):
         sizes = [np.count_nonzero(each.data >= 0) for _, each in sent]
         assert sizes == sorted(sizes)
         assert len(sent) >= 6
+
+
+def test_a_map_is_drawn_anew_when_slam_has_moved_its_poses(close_run):
+    """As if a loop had closed at scan 90: all poses before lie elsewhere from then on."""
+    (robot, *_) = load_run_robots(close_run)
+    (poses,) = start_poses([robot], "odometry")
+    moved = poses.moved(SE2(0.4, -0.3, 0.1))
+    believed = [(moved if k >= 90 else poses).poses[: k + 1] for k in range(len(poses))]
+    sent = team_messages([robot], [believed])
+    maps = [(nanoseconds, each) for topic, each, nanoseconds in sent if topic.endswith("/map")]
+    stamps = [ros_nanoseconds(scan.stamp) for scan in robot.log.scans]
+    for nanoseconds, each in maps:
+        scans = stamps.index(nanoseconds) + 1
+        path, log = (moved if scans > 90 else poses).part(0, scans), robot.log.part(0, scans)
+        expected = occupancy_grid(map_log(log, path), log.scans[-1].stamp, f"{robot.name}/map")
+        np.testing.assert_array_equal(each.data, expected.data)
+        assert each.info == expected.info
+    assert {stamps.index(nanoseconds) >= 90 for nanoseconds, _ in maps} == {True, False}
 
 
 def test_tf_leads_from_the_map_to_the_lidar_at_every_scan(close_run, team):
@@ -250,7 +268,10 @@ def test_wrong_options_are_named(team, options, complaint, capsys, tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "complaint"),
-    [(("--period", 0), "--period 0: must be positive [s]"), (("--poses", "x"), "--poses x: must be one of slam")],
+    [
+        (("--period", 0), "--period 0: must be positive [s]"),
+        (("--poses", "x"), "--poses x: must be one of online, slam, odometry"),
+    ],
 )
 def test_wrong_options_of_play_are_named(close_run, options, complaint, capsys, tmp_path):
     assert command("play", close_run, "--out", tmp_path / "bag", *options) == 2
