@@ -67,6 +67,8 @@ _BUILT_IN = {
     "morphology": Method(("morphology",), "morphology"),
     "orb": Method(("plain_orb",), "plain_orb"),
     "stitching": Method(("stitching",), "stitching"),
+    "kaze_sift": Method(("kaze_sift",), "kaze_sift"),
+    "scaling_icp": Method(("scaling_icp",), "scaling_icp"),
     "hough": Method(("hough",), "hough"),
     "random_walk": Method(("random_walk",), "random_walk"),
     "genetic": Method(("genetic",), "genetic"),

@@ -15,8 +15,10 @@ from merge.literature.chen2021.sift import Sift
 from merge.literature.genetic import Genetic
 from merge.literature.hough import Hough
 from merge.literature.icp import Icp
+from merge.literature.kaze_sift import KazeSift
 from merge.literature.plain_orb import PlainOrb
 from merge.literature.random_walk import RandomWalk
+from merge.literature.scaling_icp import ScalingIcp
 from merge.literature.stitching import Stitching
 from merge.methods import Method, Proposer, Published, method_named, method_names, published_names, register, registered
 from merge.multimap.settings import MultimapSettings
@@ -49,6 +51,8 @@ class ProposerSettings:
     morphology: Morphology = field(default_factory=Morphology)
     plain_orb: PlainOrb = field(default_factory=PlainOrb)
     stitching: Stitching = field(default_factory=Stitching)
+    kaze_sift: KazeSift = field(default_factory=KazeSift)
+    scaling_icp: ScalingIcp = field(default_factory=ScalingIcp)
     hough: Hough = field(default_factory=Hough)
     random_walk: RandomWalk = field(default_factory=RandomWalk)
     genetic: Genetic = field(default_factory=Genetic)
