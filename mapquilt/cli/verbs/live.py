@@ -6,7 +6,7 @@ import math
 import time
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from signal import SIGUSR1, SIGUSR2
@@ -214,8 +214,9 @@ def _merge_topics(merger: LiveMerger, choice: TopicChoice, session: _Session) ->
     network, start = Network(session.domain), time.monotonic()
     clock = SimulatedClock(network) if session.use_sim_time else time.time
     first: float | None = None
-    with heeded_signals() as signals, live_screen(merger) as screen:
-        for cycle in merge_online(merger, network, choice, session.names, clock=clock):
+    cycles = merge_online(merger, network, choice, session.names, clock=clock)
+    with heeded_signals() as signals, live_screen(merger) as screen, closing(cycles):
+        for cycle in cycles:
             elapsed = time.monotonic() - start
             events = [*cycle.events, *(cycle.moment.state.events if cycle.moment is not None else ())]
             if cycle.record or signals.take(SIGUSR1):

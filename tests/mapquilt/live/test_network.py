@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,12 +21,20 @@ from mapquilt.convert.ros_messages import occupancy_grid
 from mapquilt.live.live_merger import LiveMerger
 from mapquilt.live.published import published
 from mapquilt.live.ros2.dds_types import STORE, idl_type
-from mapquilt.live.ros2.network import LATCHED, STREAM, Quality
+from mapquilt.live.ros2.network import LATCHED, STREAM, Network, Quality
+from mapquilt.live.ros2.online import OnlineSettings, merge_online
+from mapquilt.live.topics import Names, TopicChoice
 from mapquilt.runs.robot import load_run_robots
 from tests.mapquilt.live.floors import message as map_of
-from tests.mapquilt.live.processes import GRID, is_published, transforms, wait_for
+from tests.mapquilt.live.processes import GRID, Diagnostics, is_published, transforms, wait_for
 
 WORLD = floor()
+publishers_of = Network.publishers
+
+
+def every_publisher(network: Network):
+    """The publishers of the network, ours as those of others: these tests are a single process."""
+    return {key: replace(each, ours=False) for key, each in publishers_of(network).items() if "/slow_0/" in each.topic}
 
 
 def test_dds_reads_each_message_as_ros_defines_it(close_run):
@@ -56,6 +66,38 @@ def test_a_team_that_plays_is_merged_by_another_process(network, processes, clos
     held = load_map(tmp_path / "record" / "merged.yaml").grid
     cells = np.array(merged.data).reshape(merged.info.height, merged.info.width)
     np.testing.assert_array_equal(cells, held.occupancy())
+
+
+def test_tf_and_diagnostics_go_on_while_an_update_takes_long(network):
+    """The update ends only once two further diagnostics were heard."""
+    heard = Diagnostics(network, "/slow/mapquilt/diagnostics")
+    stamps = set()
+
+    class SlowMerger(LiveMerger):
+        def update(self, messages, now):
+            assert wait_for(lambda: (heard.look() and stamps.add(heard.stamp)) or len(stamps) > 2, 20.0)
+            return super().update(messages, now)
+
+    network.publish("/slow_0/map", occupancy_grid(explored(WORLD, 1.0, 9.0), 1.0, "map"), LATCHED)
+    names, settings = Names.of("map_merged", "map_merged", "slow"), OnlineSettings(heartbeat=0.05)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Network, "publishers", every_publisher)
+        cycles = merge_online(SlowMerger(), network, TopicChoice(("/slow_0/map",)), names, settings=settings)
+        with closing(cycles):
+            updated = next(cycle for cycle in cycles if cycle.moment is not None)
+    network.withdraw("/slow_0/map")
+    assert "slow_0: heard for the first time" in updated.moment.state.events
+
+
+def test_an_error_of_the_heartbeat_ends_the_merge(network, monkeypatch):
+    def fail(*arguments):
+        raise ValueError("/tf: no network")
+
+    cycles = merge_online(LiveMerger(), network, TopicChoice(("/gone/map",)))
+    monkeypatch.setattr(network, "publish", fail)
+    with closing(cycles), pytest.raises(ValueError, match="/tf: no network"):
+        for _ in cycles:
+            pass
 
 
 @pytest.mark.slow
