@@ -48,7 +48,7 @@ def published(
         ]
         if transforms:
             yield topic, ros.tf2_msgs__msg__TFMessage(transforms)
-    if state.fused is not None and with_maps:
+    if with_maps and state.fused is not None:
         yield names.topic, occupancy_grid(state.fused.merged, stamp, names.frame)
         yield names.conflicts, occupancy_grid(state.fused.conflicts, stamp, names.frame)
     yield names.diagnostics, diagnostics(state, now, settings, frozen)

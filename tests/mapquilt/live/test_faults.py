@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mapping.geometry.similarity2 import Similarity2
 from mapping.io.map_file import load_map
 from tests.mapquilt.live.floors import explored, floor
 from tests.mapquilt.live.test_live_merger import sent
@@ -33,15 +34,18 @@ def publish(network: Network, robot: str, step: int) -> None:
     network.publish(f"/{robot}/map", occupancy_grid(grid_of(message), step, message.frame), LATCHED)
 
 
+def wait_until_merged(live: Process, diagnostics: Diagnostics, robot: str, step: int, *frame: float) -> None:
+    """Wait until the diagnostics count the cells of that map."""
+    known = str(np.count_nonzero(grid_of(sent(robot, step, Similarity2(*frame) if frame else None)).known))
+    assert wait_for(lambda: diagnostics.value(robot, "known_cells") == known), live.output
+
+
 def explore(network: Network, live: Process, diagnostics: Diagnostics, steps: range) -> None:
     """Let two robots explore, each step once the last one was merged."""
     for step in steps:
         for robot in TEAM:
             publish(network, robot, step)
-            known = str(np.count_nonzero(grid_of(sent(robot, step)).known))
-            assert wait_for(lambda robot=robot, known=known: diagnostics.value(robot, "known_cells") == known), (
-                live.output
-            )
+            wait_until_merged(live, diagnostics, robot, step)
 
 
 @pytest.fixture
@@ -57,10 +61,10 @@ def test_a_robot_that_is_killed_falls_silent_and_joins_anew_when_it_is_back(netw
     live = processes.command("live", "--discover", "/robot_*/map", "--set", "silent_after=4")
     diagnostics = Diagnostics(network)
     first, second = processes.dds_node(), processes.dds_node()
-    for step in range(8, 12):
-        first.tell(f"send robot_0 {step}")
-        second.tell(f"send robot_1 {step}")
-        assert wait_for(lambda: diagnostics.value("robot_1", "age_s")), live.output
+    for step in range(6, 12):
+        for node, robot in ((first, "robot_0"), (second, "robot_1")):
+            node.tell(f"send {robot} {step}")
+            wait_until_merged(live, diagnostics, robot, step)
     assert live.says("robot_0: joined", "robot_1: joined"), live.output
     second.end(signal.SIGKILL)
     assert live.says("robot_1: silent for 4 s; its last map stays"), live.output
@@ -69,10 +73,12 @@ def test_a_robot_that_is_killed_falls_silent_and_joins_anew_when_it_is_back(netw
     assert diagnostics.value("robot_1", "state") == "joined"
 
     again = processes.dds_node()
-    for step in range(8, 12):
+    for step in range(6, 12):
         again.tell(f"send robot_1 {step} 1.0 6.0 -1.2")
-        first.tell(f"send robot_0 {step + 4}")
+        wait_until_merged(live, diagnostics, "robot_1", step, 1.0, 6.0, -1.2)
         assert live.says("robot_1: restarted: its map keeps"), live.output
+        first.tell(f"send robot_0 {step + 6}")
+        wait_until_merged(live, diagnostics, "robot_0", step + 6)
     told = ("robot_1: left: ", "/robot_1/map: a publisher is back", "robot_1: heard again")
     assert live.says(*told), live.output
     assert wait_for(lambda: live.output.count("robot_1: joined") == 2), live.output
@@ -84,7 +90,7 @@ def test_a_merger_that_is_killed_is_replaced_by_a_new_one(network, processes: Pr
     options = ("live", "--discover", "/robot_*/map", "--record", tmp_path / "record")
     diagnostics = Diagnostics(network)
     killed = processes.command(*options)
-    explore(network, killed, diagnostics, range(8, 10))
+    explore(network, killed, diagnostics, range(6, 10))
     assert killed.says("robot_0: joined", "robot_1: joined"), killed.output
     killed.send(signal.SIGUSR1)
     assert killed.says("recorded: "), killed.output
@@ -94,7 +100,7 @@ def test_a_merger_that_is_killed_is_replaced_by_a_new_one(network, processes: Pr
     assert np.array_equal(load_map(tmp_path / "record" / "merged.yaml").grid.log_odds, before.log_odds)
 
     live = processes.command(*options)
-    explore(network, live, diagnostics, range(10, 12))
+    explore(network, live, diagnostics, range(10, 14))
     assert live.says("robot_0: joined", "robot_1: joined"), live.output
     assert set(transforms(network)) == {"robot_0/map", "robot_1/map"}
     assert live.end(signal.SIGTERM) == 0, live.output
@@ -130,7 +136,7 @@ def test_bytes_that_are_no_message_are_refused():
 def test_garbage_of_every_kind_is_told_and_ignored(network: Network, processes: Processes, team):
     live = processes.command("live", "--discover", "/robot_*/map")
     diagnostics = Diagnostics(network)
-    explore(network, live, diagnostics, range(8, 10))
+    explore(network, live, diagnostics, range(6, 10))
     assert live.says("robot_0: joined", "robot_1: joined"), live.output
     network.publish("/robot_2/map", ros.std_msgs__msg__Bool(True), STREAM)
     network.publish("/robot_3/../map", occupancy_grid(WORLD, 1.0, "map"), LATCHED)
@@ -193,11 +199,11 @@ def test_a_merger_is_frozen_and_recorded_while_it_runs(network: Network, process
     assert wait_for(
         lambda: network.publish("/mapquilt/record", ask) or live.says("no record: no usable map", seconds=1)
     )
-    explore(network, live, diagnostics, range(8, 10))
+    explore(network, live, diagnostics, range(6, 10))
     assert diagnostics.look()["merged map"][0] == "0 of 2 robots joined, frozen"
     live.send(signal.SIGUSR2)
     assert live.says("not frozen: poses follow the maps"), live.output
-    explore(network, live, diagnostics, range(10, 12))
+    explore(network, live, diagnostics, range(10, 14))
     assert diagnostics.look()["merged map"][0] == "2 of 2 robots joined"
     network.publish("/mapquilt/record", ask)
     assert live.says("recorded: "), live.output
