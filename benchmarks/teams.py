@@ -1,8 +1,9 @@
 """Benchmark the merge of teams: ``python -m benchmarks.teams [PART [NUMBER ...]]``.
 
-``wrong [TEAMS [FIRST [DRAWS]]]``: rejection of injected wrong answers; ``poses [TEAMS [FIRST]]``: joint refinement
-compared with chained pairs; ``fusion [TEAMS [FIRST]]``: walls of the fused maps by each rule; ``speed [MAPS
-[WORKERS]]``: time and memory of a team of maps of 400 x 400 cells. Without a part: all.
+``wrong [TEAMS [FIRST [DRAWS]]]``: rejection of injected wrong answers; ``averaging [TEAMS [FIRST [DRAWS]]]``: the same
+by robust motion averaging (Jiang et al. 2019); ``poses [TEAMS [FIRST]]``: joint refinement compared with chained pairs;
+``fusion [TEAMS [FIRST]]``: walls of the fused maps by each rule; ``speed [MAPS [WORKERS]]``: time and memory of a team
+of maps of 400 x 400 cells. Without a part: all.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import os
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import count, islice
@@ -20,9 +21,17 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.team_injection.drawn_team import DrawnSettings, draw_team
+from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_team
 from benchmarks.team_injection.fused_walls import FusionTrial, fusion_trial
-from benchmarks.team_injection.trials import InjectionTrial, PoseTrial, injection_trial, pose_trial
+from benchmarks.team_injection.trials import (
+    InjectionTrial,
+    Kept,
+    PoseTrial,
+    averaged,
+    clustered,
+    injection_trial,
+    pose_trial,
+)
 from benchmarks.team_injection.usage import usage
 from mapping.map_set import MapSet
 from mapquilt.cli.options.merge import PRELOADED, pair_workers
@@ -33,6 +42,7 @@ from mapquilt.jobs.runner import process_pool, remote_runner
 from mapquilt.viz.text_table import plain_table
 from merge.fusion import FUSIONS
 from merge.merger import merge_maps
+from merge.records.result import PairResult
 from worlds.families.registry import make_world
 
 SHARE = 0.3
@@ -45,6 +55,7 @@ def main(arguments: list[str]) -> None:
     """Run the named part with its numbers, or all parts."""
     parts: dict[str, Callable[..., None]] = {
         "wrong": bench_wrong,
+        "averaging": partial(bench_wrong, keep=averaged),
         "poses": bench_poses,
         "fusion": bench_fusion,
         "speed": bench_speed,
@@ -56,7 +67,12 @@ def main(arguments: list[str]) -> None:
         part()
 
 
-def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
+def bench_wrong(
+    teams: int = 200,
+    first: int = 0,
+    draws: int = 1,
+    keep: Callable[[DrawnTeam, Sequence[PairResult]], Kept] = clustered,
+) -> None:
     """Count the teams of 3 to 20 maps, 30 % of whose answers are wrong, that keep no wrong answer and all maps."""
     table = plain_table(
         ("team", True), ("world", False), ("maps", True), ("answers", True), ("wrong", True), ("kept", True),
@@ -64,7 +80,7 @@ def bench_wrong(teams: int = 200, first: int = 0, draws: int = 1) -> None:
     )  # fmt: skip
     trials: list[InjectionTrial] = []
     with count_progress("teams") as on_progress:
-        for seed, trial in _first(teams, first, partial(injection_trial, share=SHARE, draws=draws)):
+        for seed, trial in _first(teams, first, partial(injection_trial, share=SHARE, draws=draws, keep=keep)):
             trials.append(trial)
             if not trial.passed:
                 row = (seed, trial.world, trial.maps, trial.edges, trial.wrong, trial.wrong_kept, trial.maps_lost)

@@ -70,6 +70,7 @@ _BUILT_IN = {
     "kaze_sift": Method(("kaze_sift",), "kaze_sift"),
     "scaling_icp": Method(("scaling_icp",), "scaling_icp"),
     "hough": Method(("hough",), "hough"),
+    "rectangles": Method(("rectangles",), "rectangles"),
     "random_walk": Method(("random_walk",), "random_walk"),
     "genetic": Method(("genetic",), "genetic"),
     "icp": Method(("icp",), "icp"),

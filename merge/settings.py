@@ -18,6 +18,7 @@ from merge.literature.icp import Icp
 from merge.literature.kaze_sift import KazeSift
 from merge.literature.plain_orb import PlainOrb
 from merge.literature.random_walk import RandomWalk
+from merge.literature.rectangles import Rectangles
 from merge.literature.scaling_icp import ScalingIcp
 from merge.literature.stitching import Stitching
 from merge.methods import Method, Proposer, Published, method_named, method_names, published_names, register, registered
@@ -54,6 +55,7 @@ class ProposerSettings:
     kaze_sift: KazeSift = field(default_factory=KazeSift)
     scaling_icp: ScalingIcp = field(default_factory=ScalingIcp)
     hough: Hough = field(default_factory=Hough)
+    rectangles: Rectangles = field(default_factory=Rectangles)
     random_walk: RandomWalk = field(default_factory=RandomWalk)
     genetic: Genetic = field(default_factory=Genetic)
     icp: Icp = field(default_factory=Icp)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_team
 from benchmarks.team_injection.injection import inject
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.occupancy_grid import OccupancyGrid
+from merge.literature.motion_averaging import MotionAveraging, RelativeMotion
 from merge.merger import merge_maps
 from merge.multimap.clustering import cluster_maps
 from merge.multimap.graph import Cluster, ConsistencyModel, edge_from_answer
@@ -54,21 +57,66 @@ def drawn(seed: int, maps: int | None = None, settings: DrawnSettings = COARSE_T
     return world, draw_team(make_world(world, seed, *SIZES.get(world, USUAL)), chosen, rng)
 
 
-def injection_trial(seed: int, share: float = 0.3, draws: int = 1, maps: int | None = None) -> InjectionTrial | None:
-    """Cluster a team with injected wrong answers and count what is kept; None if its maps overlap too little."""
+Kept = tuple[set[frozenset[str]], int]
+"""Pairs of names whose answers a method kept, and the number of maps of its largest group."""
+
+
+def injection_trial(
+    seed: int,
+    share: float = 0.3,
+    draws: int = 1,
+    maps: int | None = None,
+    keep: Callable[[DrawnTeam, Sequence[PairResult]], Kept] | None = None,
+) -> InjectionTrial | None:
+    """Let a method choose among the answers of a team, wrong ones injected, and count what it keeps.
+
+    ``keep`` is the clustering of the merger, unless given. Returns None if the maps of the team overlap too little.
+    """
     world, team = drawn(seed, maps)
     injected = inject(team, share, np.random.default_rng([seed, 1]), draws)
     if injected is None:
         return None
-    groups = _groups(team, injected.pairs)
-    names = team.maps.names
-    kept = {frozenset((names[e.target], names[e.source])) for group in groups for e in group.edges}
+    kept, joined = (keep or clustered)(team, injected.pairs)
     wrong = {frozenset(pair) for pair in injected.wrong}
     right = {frozenset((p.target, p.source)) for p in injected.pairs} - wrong
-    lost = len(names) - max(len(group.poses) for group in groups)
     return InjectionTrial(
-        world, len(names), len(injected.pairs), len(wrong), len(wrong & kept), lost, len(right - kept)
+        world=world,
+        maps=len(team.maps),
+        edges=len(injected.pairs),
+        wrong=len(wrong),
+        wrong_kept=len(wrong & kept),
+        maps_lost=len(team.maps) - joined,
+        right_rejected=len(right - kept),
     )
+
+
+def clustered(team: DrawnTeam, pairs: Sequence[PairResult]) -> Kept:
+    """Choose as the merger does, which also looks at the cells of the maps."""
+    groups, names = _groups(team, pairs), team.maps.names
+    kept = {frozenset((names[e.target], names[e.source])) for group in groups for e in group.edges}
+    return kept, max(len(group.poses) for group in groups)
+
+
+def averaged(team: DrawnTeam, pairs: Sequence[PairResult]) -> Kept:
+    """Choose by robust motion averaging, from the transforms alone."""
+    index = team.maps.names.index
+    motions = [
+        RelativeMotion(index(pair.target), index(pair.source), pair.target_from_source)
+        for pair in pairs
+        if pair.target_from_source is not None
+    ]
+    corners = [_corners(grid) for grid in team.maps.grids]
+    found = MotionAveraging().average(motions, corners, np.random.default_rng(0))
+    kept = {frozenset((pair.target, pair.source)) for pair, good in zip(pairs, found.kept, strict=True) if good}
+    return kept, sum(pose is not None for pose in found.reference_from_map)
+
+
+def _corners(grid: OccupancyGrid) -> NDArray[np.float64]:
+    """Return the corners (4, 2) of the box of a map's known cells [m]."""
+    cells = np.argwhere(grid.known)
+    (low_row, low_col), (high_row, high_col) = cells.min(axis=0), cells.max(axis=0)
+    box = [(low_row, low_col), (low_row, high_col), (high_row, low_col), (high_row, high_col)]
+    return grid.frame.metres_from_cells(np.array(box))
 
 
 def _groups(team: DrawnTeam, pairs: Sequence[PairResult]) -> list[Cluster]:

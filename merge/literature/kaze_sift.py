@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from mapping.geometry.scale_range import ScaleRange
 from mapping.validation import require_valid
 from merge.literature.acceptance import no_answer
-from merge.literature.msac import msac_similarity
-from merge.literature.similarity_ransac import RansacFit
+from merge.literature.similarity_ransac import RansacFit, msac_similarity
 from merge.preparation.map_image import cells_from_pixels
 from merge.preparation.prepared_map import PreparedMap
 from merge.proposers.keypoints import Keypoints

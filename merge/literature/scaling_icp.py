@@ -13,8 +13,8 @@ from mapping.geometry.similarity_fit import fit_similarity
 from mapping.validation import require_valid
 from merge.literature.acceptance import no_answer
 from merge.literature.chen2021.sift import Features, Sift
-from merge.literature.msac import msac_similarity
 from merge.literature.nearest_wall import Complex, NearestWall
+from merge.literature.similarity_ransac import msac_similarity
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.pair_answer import PairAnswer
 from merge.records.proposal import Proposal

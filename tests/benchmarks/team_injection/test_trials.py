@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.team_injection.injection import inject
-from benchmarks.team_injection.trials import drawn, injection_trial
+from benchmarks.team_injection.trials import averaged, drawn, injection_trial
 from mapping.geometry.similarity2 import Similarity2
 from mapquilt.evaluation.transform_error import RIGHT, transform_error
 from merge.verification.cell_overlap import compare_cells
@@ -43,3 +43,10 @@ def test_wrong_answers_are_rejected_and_no_map_is_lost(seed):
     trial = injection_trial(seed, maps=6)
     assert trial is not None and trial.wrong >= 2
     assert (trial.wrong_kept, trial.maps_lost) == (0, 0)
+
+
+def test_motion_averaging_chooses_among_the_same_answers():
+    trial, other = injection_trial(3, maps=6), injection_trial(3, maps=6, keep=averaged)
+    assert (other.world, other.maps, other.edges, other.wrong) == (trial.world, trial.maps, trial.edges, trial.wrong)
+    assert other.wrong_kept < other.wrong
+    assert other.maps_lost == 0

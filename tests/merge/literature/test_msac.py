@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.literature.msac import msac_similarity
+from merge.literature.similarity_ransac import msac_similarity
 
 
 def found(target, source, seed=0):
