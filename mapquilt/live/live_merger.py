@@ -13,7 +13,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
-from mapquilt.live.pair_answers import Known, match_changed, without
+from mapquilt.live.pair_answers import Known, match_changed, match_new, without
 from mapquilt.live.placement import Missing, Placement, Sighting, State, advance, anchor, restarted
 from mapquilt.live.received_map import MapMessage, MapPatch
 from mapquilt.live.robots import Robot, heard
@@ -114,6 +114,19 @@ class LiveMerger:
             state = self._joined(state)
         self.state = replace(state, events=(*state.events, *_moved(before, state)))
         return self.state
+
+    def catch_up(self) -> bool:
+        """Match a pair that never was, for a time at which no map comes; return False if there is none.
+
+        No map joins or moves by that: it takes new cells to confirm an answer.
+        """
+        usable = [robot for robot in self.state.robots.values() if robot.grid is not None]
+        pairs = (
+            None if self.frozen else match_new(usable, self.state.pairs, self._cache, self.state.turn, self.settings)
+        )
+        if pairs is not None:
+            self.state = replace(self.state, pairs=pairs)
+        return pairs is not None
 
     def _placed(self, state: LiveState) -> LiveState:
         """Match the pairs that changed, and advance the placement of each map that they concern."""

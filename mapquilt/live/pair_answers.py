@@ -81,11 +81,26 @@ def match_changed(
         found[names] = KnownPair(answer, _versions(pairs[names]), searched, ceiling, turn, before.proven)
     scratch = [names for names in pairs if _is_due(found.get(names), pairs[names], names, placed, settings)]
     for names in sorted(scratch, key=waited)[: settings.full_matches]:
-        answer = match(_task(pairs[names], settings), cache)
-        cells = pairs[names][0].known_cells, pairs[names][1].known_cells
-        entry = KnownPair(answer, _versions(pairs[names]), cells, answer.confidence, turn, answer.confidence)
+        entry = _from_scratch(pairs[names], cache, turn, settings)
         found[names] = entry if names not in found else _after_scratch(found[names], entry, pairs[names][1], settings)
     return found
+
+
+def match_new(
+    robots: Sequence[Robot], known: Known, cache: FeatureCache, turn: int, settings: LiveSettings = LiveSettings()
+) -> dict[Names, KnownPair] | None:
+    """Match the first pair that never was, and return all answers; None if there is no such pair."""
+    for pair in combinations([each for each in robots if each.grid is not None], 2):
+        names = pair[0].name, pair[1].name
+        if names not in known:
+            return {**known, names: _from_scratch(pair, cache, turn, settings)}
+    return None
+
+
+def _from_scratch(pair: tuple[Robot, Robot], cache: FeatureCache, turn: int, settings: LiveSettings) -> KnownPair:
+    answer = match(_task(pair, settings), cache)
+    cells = pair[0].known_cells, pair[1].known_cells
+    return KnownPair(answer, _versions(pair), cells, answer.confidence, turn, answer.confidence)
 
 
 def _after_scratch(last: KnownPair, entry: KnownPair, source: Robot, settings: LiveSettings) -> KnownPair:

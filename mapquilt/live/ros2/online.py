@@ -64,7 +64,7 @@ def merge_online(
     topics, controls = MapTopics(network, choice, names), Controls(network, names)
     publication = _Publication(merger, network, names, clock)
     silent: frozenset[str] = frozenset()
-    last, frozen = clock(), False
+    last, frozen, waiting = clock(), False, False
     if last is None:
         yield Cycle(None, merger.state, events=("/clock: nothing heard yet; waits for the simulated time",))
     with _repeated(publication.send, settings.heartbeat) as check:
@@ -93,7 +93,8 @@ def merge_online(
                 publication.send(with_maps=True)
             silent, told = told_silence(merger.state.robots, silent, now, merger.settings)
             yield Cycle(now, merger.state, moment, (*events, *unreadable, *told), controls.record())
-            if not messages:
+            waiting = bool(messages) or (waiting and merger.catch_up())
+            if not waiting:
                 time.sleep(settings.poll)
 
 

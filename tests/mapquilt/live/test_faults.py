@@ -170,19 +170,24 @@ def test_garbage_of_every_kind_is_told_and_ignored(network: Network, processes: 
 
 @pytest.mark.slow
 def test_twenty_robots_are_heard_and_merged(network: Network, processes: Processes):
-    """Their 190 pairs are matched in turn; no update waits for all of them."""
+    """Their 190 pairs are matched in turn, also while no map comes; no update waits for all of them."""
     live = processes.command("live", "--discover", "/crowd_*/map")
     diagnostics = Diagnostics(network)
     robots = [f"crowd_{k}" for k in range(20)]
     assert wait_for(lambda: diagnostics.look()), live.output
+
+    def updates() -> int:
+        return int(diagnostics.value("merged map", "updates") or 0)
+
     for step in range(6):
         for k, robot in enumerate(robots):
             grid = explored(WORLD, 0.5 * k, 0.5 * k + 6.0 + 0.5 * step)
             network.publish(f"/{robot}/map", occupancy_grid(grid, step, f"{robot}/map"), LATCHED)
-        turn = int(diagnostics.value("merged map", "updates") or 0)
-        assert wait_for(lambda turn=turn: int(diagnostics.value("merged map", "updates")) > turn), live.output
+        turn = updates()
+        assert wait_for(lambda turn=turn: updates() > turn), live.output
     assert wait_for(lambda: set(robots) <= set(diagnostics.look())), live.output
     assert wait_for(lambda: int(diagnostics.value("merged map", "joined")) >= 2), live.output
+    assert wait_for(lambda: sum("<-" in name for name in diagnostics.look()) > updates() + 5), live.output
     for robot in robots:
         network.withdraw(f"/{robot}/map")
     assert live.end() in (0, 1), live.output

@@ -89,12 +89,26 @@ def test_unchanged_maps_match_nothing_again():
     assert after.poses == before.poses
 
 
+def test_pairs_are_matched_while_no_map_comes_and_nothing_moves_by_that():
+    merger = LiveMerger()
+    before = merger.update([sent(robot, 10) for robot in FRAMES], 1.0)
+    assert len(before.pairs) == 1
+    assert [merger.catch_up() for _ in range(3)] == [True, True, False]
+    assert len(merger.state.pairs) == 3
+    assert all(entry.answer.accepted for entry in merger.state.pairs.values())
+    assert merger.state.placements == before.placements
+    assert merger.state.events == before.events
+    check_poses(drive(merger, range(11, 14))[-1])
+    assert set(merger.state.poses) == set(FRAMES)
+
+
 def test_a_frozen_merge_holds_its_poses_and_fuses_new_cells():
     merger = LiveMerger()
     before = drive(merger, range(7, 10))[-1]
     merger.frozen = True
     after = merger.update([sent("robot_1", 14)], 30.0)
     assert after.placements == before.placements
+    assert not merger.catch_up()
     assert np.count_nonzero(after.fused.merged.known) > np.count_nonzero(before.fused.merged.known)
 
 
