@@ -21,7 +21,7 @@ from mapquilt.live.received_map import MapMessage
 from mapquilt.viz.text_table import plain_table
 
 OFFICE = MissionPlan(5, "office", 4, 420.0, "close", 1.0, 0.0, (40.0, 40.0))
-HOUSE = MissionPlan(3, "house", 3, 80.0, "close", 1.0, 0.0)
+HOUSE = MissionPlan(3, "house", 2, 80.0, "close", 1.0, 0.0)
 PERIOD = 5.0
 FIRST_HEARD, FIRST_MEASURED = 300.0, 340.0
 HOUR, MINUTE = 3600.0, 60.0

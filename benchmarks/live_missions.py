@@ -73,10 +73,10 @@ class Wrong:
 class Outcome:
     """What a live merge of one mission published.
 
-    ``jumps`` [s, robot, m, degrees] are moves between two publications, ``returns`` those of a map that was taken back
-    before; ``frames`` are the times at which the merged frame was fixed. ``first_right`` [s] is the time of the first
-    right join, None without, ``explore_right`` that of m-explore, ``explore_wrong`` of its first wrong one.
-    ``joined`` maps of ``robots`` at the end, of which ``joinable`` share walls with another one.
+    ``jumps`` [s, robot, m, degrees] are moves between two publications of two maps or more, ``returns`` those of a map
+    that was taken back before; ``frames`` are the times at which the merged frame was fixed. ``first_right`` [s] is the
+    time of the first right join, None without, ``explore_right`` that of m-explore, ``explore_wrong`` that of its first
+    wrong one. ``joined`` maps of ``robots`` at the end, of which ``joinable`` share walls with another one.
     """
 
     plan: dict[str, Any]
@@ -105,16 +105,17 @@ def measure(team: LiveTeam, settings: LiveSettings = LiveSettings()) -> Outcome:
     for now, message in team.messages:
         state = merger.update([message], now)
         outcome.events += [(now, event) for event in state.events if "heard for the first" not in event]
-        frames = [name for name, each in state.placements.items() if each.holds_frame]
+        poses = state.poses if len(state.poses) > 1 else {}
+        frames = [name for name in poses if state.placements[name].holds_frame]
         if frames and (not outcome.frames or outcome.frames[-1][1] != frames[0]):
             outcome.frames.append((now, frames[0]))
-        for name, pose in state.poses.items():
+        for name, pose in poses.items():
             if name in last:
                 shift, turn = displacement(last[name], pose, state.robots[name].middle)
                 if shift > JUMP_METRES or math.degrees(turn) > JUMP_DEGREES:
                     (outcome.returns if name in gone else outcome.jumps).append((now, name, shift, math.degrees(turn)))
-        gone = (gone | last.keys()) - state.poses.keys()
-        last |= state.poses
+        gone = (gone | last.keys()) - poses.keys()
+        last |= poses
         errors = _errors(team, state, now)
         for name in standing.keys() - {name for name, error in errors.items() if not error.right}:
             standing.pop(name).until = now
@@ -191,7 +192,8 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Table:
             )
 
     share("merged frame moved after the first join", [bool(row["jumps"]) for row in rows], "0")
-    share("a map came back elsewhere", [bool(row["returns"]) for row in rows])
+    share("a map was taken back and joined elsewhere", [bool(row["returns"]) for row in rows])
+    share("the merged frame was fixed anew", [len(row["frames"]) > 1 for row in rows])
     share("a wrong join", [bool(row["wrong"]) for row in rows])
     share("a join in a wrong place", [any(each["elsewhere"] for each in row["wrong"]) for row in rows])
     share("a wrong join stands at the end", [_stands(row, elsewhere=False) for row in rows], "0")

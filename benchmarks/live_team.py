@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.log_odds import map_log
@@ -15,12 +18,13 @@ from mapping.ground_truth.truth import MIN_COMMON_CELLS, common_rows, fit_rigid
 from mapping.robot.robot_log import RobotTruth
 from mapping.robot.trajectory import Trajectory
 from mapping.seeds import Role, stream
+from mapping.slam.pipeline import online_poses
 from mapquilt.convert.ros_messages import BAG_START
 from mapquilt.evaluation.transform_error import RIGHT, RIGHT_PLACE, TransformError, transform_error
 from mapquilt.leaves import with_assignments
 from mapquilt.live.bag_maps import map_message
 from mapquilt.live.received_map import MapMessage
-from mapquilt.live.simulated_team import start_poses, team_messages
+from mapquilt.live.simulated_team import team_messages
 from mapquilt.runs.robot import RunRobot
 from mapquilt.settings import COMBINED, ExperimentConfig, lidar_at_rate
 from sim.mission.settings import MissionSettings, Starts
@@ -52,13 +56,13 @@ class MissionPlan:
 
     @staticmethod
     def drawn(seed: int) -> MissionPlan:
-        """Draw a mission of 2 to 4 robots and 40 to 80 s; every fourth has people, doors, glass, ramps and slip."""
+        """Draw a mission of 2 to 4 robots and 30 to 50 s; every fourth has people, doors, glass, ramps and slip."""
         rng = stream(seed, Role.BENCHMARK_SAMPLE)
         return MissionPlan(
             seed=seed,
             family=tuple(FAMILIES)[seed % len(FAMILIES)],
-            robots=int(rng.integers(2, 5)),
-            duration=float(rng.choice((40.0, 60.0, 80.0))),
+            robots=int(rng.choice((2, 2, 2, 3, 3, 4))),
+            duration=float(rng.choice((30.0, 40.0, 50.0))),
             starts="close" if rng.random() < 0.5 else "random",
             noise=float(rng.choice((0.0, 1.0, 1.0, 2.0))),
             adversity=float(rng.random() < 0.25),
@@ -67,24 +71,27 @@ class MissionPlan:
 
 @dataclass(frozen=True, eq=False)
 class MappedRobot:
-    """Hold what a robot measured, where it was, and the poses ``map_from_base`` that it maps with."""
+    """Hold what a robot measured and where it was; ``drawn`` are the times [s] of its maps and the poses
+    ``map_from_base`` (N, 3) of their scans, as SLAM had them then."""
 
     sensed: SensedLog
     truth: RobotTruth
-    poses: Trajectory
+    drawn: tuple[tuple[float, NDArray[np.float64]], ...]
     _seen: dict[int, BeamEndpoints] = field(default_factory=dict)
 
     def seen(self, now: float) -> BeamEndpoints:
-        """Return the endpoints of its beams up to a time [s], in its map and in the world."""
-        scans = bisect.bisect_right(self.truth.trajectory.stamps.tolist(), now)
-        if scans not in self._seen:
-            self._seen[scans] = beam_endpoints(
+        """Return the endpoints of the beams in its last map until a time [s], as drawn there and in the world."""
+        last = bisect.bisect_right(self.drawn, now, key=lambda each: each[0]) - 1
+        if last not in self._seen:
+            poses = self.drawn[last][1]
+            scans = len(poses)
+            self._seen[last] = beam_endpoints(
                 self.sensed.log.part(0, scans),
                 self.truth.part(0, scans),
-                self.poses.part(0, scans),
+                Trajectory(self.truth.trajectory.stamps[:scans], poses),
                 self.sensed.outliers[:scans],
             )
-        return self._seen[scans]
+        return self._seen[last]
 
 
 @dataclass(frozen=True)
@@ -168,19 +175,30 @@ def simulate_team(plan: MissionPlan, period: float = 2.0) -> LiveTeam:
         RunRobot(name, replace(each.log, robot=name), map_log(each.log, truth.trajectory), truth.trajectory)
         for name, each, truth in zip(names, sensed, mission.robots, strict=True)
     ]
-    poses = start_poses(robots)
-    return LiveTeam(
-        plan,
-        tuple(_maps(robots, poses, period)),
-        {
-            name: MappedRobot(each, truth, path)
-            for name, each, truth, path in zip(names, sensed, mission.robots, poses, strict=True)
-        },
-    )
+    sources = {robot.name: _LastPoses(online_poses(robot.log)) for robot in robots}
+    messages: list[tuple[float, MapMessage]] = []
+    drawn: dict[str, list[tuple[float, NDArray[np.float64]]]] = {name: [] for name in names}
+    for topic, message, _ in team_messages(robots, list(sources.values()), period):
+        if topic.endswith("/map"):
+            name = topic.split("/")[1]
+            sent = map_message(name, message)
+            messages.append((sent.stamp - BAG_START, sent))
+            drawn[name].append((sent.stamp - BAG_START, sources[name].poses))
+    mapped = {
+        name: MappedRobot(each, truth, tuple(drawn[name]))
+        for name, each, truth in zip(names, sensed, mission.robots, strict=True)
+    }
+    return LiveTeam(plan, tuple(messages), mapped)
 
 
-def _maps(robots: Sequence[RunRobot], poses: Sequence[Trajectory], period: float) -> list[tuple[float, MapMessage]]:
-    """Return the maps of a team as they are sent, with the time [s] of the mission."""
-    sent = ((topic, message) for topic, message, _ in team_messages(robots, poses, period) if topic.endswith("/map"))
-    maps = [map_message(topic.split("/")[1], message) for topic, message in sent]
-    return [(message.stamp - BAG_START, message) for message in maps]
+class _LastPoses:
+    """Iterate over the poses of a robot's scans so far, and keep the last ones."""
+
+    def __init__(self, source: Iterator[NDArray[np.float64]]) -> None:
+        self.poses = np.empty((0, 3))
+        self._source = source
+
+    def __iter__(self) -> Iterator[NDArray[np.float64]]:
+        for poses in self._source:
+            self.poses = poses
+            yield poses

@@ -24,7 +24,7 @@ class PlacementSettings:
     - ``long_patience``: so is one that no accepted pair supports any more, although nothing contradicts it.
     """
 
-    join_confidence: float = 0.9
+    join_confidence: float = 0.95
     confirmations: int = 3
     gate: float = 3.0
     blend: float = 0.3
@@ -66,7 +66,7 @@ class LiveSettings:
     silent_after: float = 15.0
     kept_share: float = 0.5
     compared_cells: int = 4000
-    growth: float = 0.1
+    growth: float = 0.2
     regrowth: float = 1.0
     same_place: float = 1.0
     same_yaw: float = math.radians(5.0)

@@ -35,7 +35,7 @@ poses = st.builds(Similarity2, st.floats(-20, 20), st.floats(-20, 20), st.floats
 sure = st.floats(SETTINGS.join_confidence, 1.0)
 
 
-def sighting(pose: Similarity2, confidence: float = 0.95) -> Sighting:
+def sighting(pose: Similarity2, confidence: float = 0.96) -> Sighting:
     return Sighting(pose, 0.2, math.radians(1.0), confidence)
 
 
@@ -156,12 +156,12 @@ def test_a_contradicted_join_is_taken_back_and_an_unsupported_one_later():
 
 def test_another_place_replaces_the_held_one_only_if_it_is_surer():
     here, there = Similarity2(), Similarity2(10.0, 0.0, 0.0)
-    joined = join(sighting(here, 0.95))
-    assert after(joined, *[sighting(there, 0.93)] * 20) == joined
-    replaced = after(joined, *[sighting(there, 0.97)] * SETTINGS.patience)
+    joined = join(sighting(here, 0.98))
+    assert after(joined, *[sighting(there, 0.97)] * 20) == joined
+    replaced = after(joined, *[sighting(there, 0.99)] * SETTINGS.patience)
     assert replaced.published is None
     assert "10.0 m" in replaced.reason
-    assert after(replaced, *[sighting(there, 0.97)] * SETTINGS.confirmations).published == there
+    assert after(replaced, *[sighting(there, 0.99)] * SETTINGS.confirmations).published == there
 
 
 def test_the_map_that_fixes_the_frame_is_exact():
