@@ -20,10 +20,11 @@ from rich.console import Console
 from benchmarks.leaderboard.result_file import ORIGINS, ROOT, SCHEMA
 from benchmarks.leaderboard.scoring import answer_rows, check, scored, write_answers
 from mapping.io.atomic import write_bytes_atomically
+from mapping.seeds import Role, stream
 from mapquilt.benchmark.exchange.identity import by_identity, data_digest
 from mapquilt.benchmark.files import load_answers
 from mapquilt.benchmark.pair import BenchmarkPair
-from mapquilt.benchmark.pair_sets import dataset_pairs
+from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
 from mapquilt.json_file import to_text
 
 
@@ -37,11 +38,18 @@ def result_record(arguments: argparse.Namespace, pairs: Mapping[str, BenchmarkPa
             "name": arguments.answers.resolve().parent.name,
             "digest": data_digest(list(pairs.values())),
             "split": arguments.split,
+            "limit": arguments.limit,
             "pairs": len(pairs),
             "made_by": arguments.made_by,
         },
         **scored(arguments.answers, pairs),
     }
+
+
+def chosen_pairs(dataset: Path, split: str | None, limit: int | None) -> dict[str, BenchmarkPair]:
+    """Read the pairs of a data set by their names, or an even sample of them as ``benchmark --limit`` draws it."""
+    pairs = dataset_pairs(dataset, split)
+    return by_identity(pairs if limit is None else even_sample(pairs, limit, stream(0, Role.BENCHMARK_SAMPLE)))
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -69,6 +77,8 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
         each.add_argument("--split")
     checked = commands.add_parser("check", help="check all result files, and recompute those whose data is given")
     checked.add_argument("--dataset", type=Path, action="append", default=[])
+    for each in (answers, add, checked):
+        each.add_argument("--limit", type=int, help="number of pairs, drawn as by mapquilt benchmark --limit")
     checked.add_argument("--split")
     checked.add_argument("--root", type=Path, default=ROOT)
     return parser.parse_args(arguments)
@@ -78,13 +88,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, and return its exit status."""
     parsed, console = _parsed(arguments), Console(soft_wrap=True)
     if parsed.command == "check":
-        at_hand = [by_identity(dataset_pairs(folder, parsed.split)) for folder in parsed.dataset]
+        at_hand = [chosen_pairs(folder, parsed.split, parsed.limit) for folder in parsed.dataset]
         found = check(parsed.root, at_hand)
         for path, lines in found.items():
             state = "not recomputed: its data is not at hand" if lines is None else "differs" if lines else "agrees"
             console.print(f"{path}: {state}", *(lines or ()), sep="\n")
         return 1 if any(found.values()) else 0
-    pairs = by_identity(dataset_pairs(parsed.dataset, parsed.split))
+    pairs = chosen_pairs(parsed.dataset, parsed.split, parsed.limit)
     if parsed.command == "answers":
         answers = [one for one in load_answers(parsed.bench)[1] if one.method == parsed.method]
         if not answers:

@@ -19,7 +19,7 @@ STRATUM: Shape = {"group": str, "stratum": str, "pairs": int, **dict.fromkeys(SH
 TEXTS = ("schema", "method", "version", "reference", "ran_by", "origin", "date", "note")
 RESULT: Shape = {
     **dict.fromkeys(TEXTS, str),
-    "data": {"name": str, "digest": str, "made_by": str, "split": str | None, "pairs": int},
+    "data": {"name": str, "digest": str, "made_by": str, "split": str | None, "limit": int | None, "pairs": int},
     "median_s": float | None,
     "strata": [STRATUM],
 }

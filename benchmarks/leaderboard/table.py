@@ -28,11 +28,12 @@ def leaderboard_tables(root: Path = ROOT) -> str:
     for folder in sorted({path.parent for path in results}):
         records = [record for path, record in results.items() if path.parent == folder]
         data = records[0]["data"]
-        split = "" if data["split"] is None else f", split {data['split']}"
+        part = "" if data["split"] is None else f", split {data['split']}"
+        part += "" if data["limit"] is None else f", drawn evenly by `--limit {data['limit']}`"
         rows = sorted(records, key=lambda record: (-_count(record, "true_accepts"), _count(record, "false_accepts")))
         parts += [
             f"## {folder.name}\n",
-            f"{data['pairs']} pairs{split}; `{data['made_by']}`; digest `{data['digest'][:16]}`.\n",
+            f"{data['pairs']} pairs{part}; `{data['made_by']}`; digest `{data['digest'][:16]}`.\n",
             f"| {' | '.join(HEADINGS)} |",
             "|---|---:|---:|---:|---:|---:|---|",
             *(f"| {' | '.join(_cells(record))} |" for record in rows),

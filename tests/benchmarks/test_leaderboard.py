@@ -96,7 +96,11 @@ def test_the_table_has_a_line_for_each_result(folder) -> None:
         ("date", "yesterday", "yesterday"),
         ("version", None, "version is 'None', must be text"),
         ("schema", "mapquilt-leaderboard/9", "must be 'mapquilt-leaderboard/1'"),
-        ("data", {"name": "other", "digest": "", "made_by": "", "split": None, "pairs": 1}, "that of the folder"),
+        (
+            "data",
+            {"name": "other", "digest": "", "made_by": "", "split": None, "limit": None, "pairs": 1},
+            "that of the folder",
+        ),
     ],
 )
 def test_a_wrong_result_file_is_named(field, value, words, board) -> None:
@@ -117,6 +121,19 @@ def test_results_without_answers_or_of_other_data_are_refused(board) -> None:
     shutil.copy(board / "tiny/orb.csv", board / "tiny/other.csv")
     with pytest.raises(ValueError, match="is about other data"):
         read_results(board)
+
+
+def test_a_sample_of_the_pairs_is_that_of_the_benchmark(folder, tmp_path) -> None:
+    options = ("--dataset", folder / "data", "--limit", 3)
+    bench = tmp_path / "bench"
+    assert command("benchmark", *options, "--method", "orb", "--pictures", 0, "--out", bench) == 0
+    answers, given = str(tmp_path / "board/few/orb.csv"), [str(option) for option in options]
+    assert main(["answers", str(bench), "orb", *given, "--out", answers]) == 0
+    assert main(["add", answers, *given, "--method", "ORB", "--made-by", "make it", *DETAILS]) == 0
+    (record,) = read_results(tmp_path / "board").values()
+    assert (record["data"]["limit"], record["data"]["pairs"]) == (3, 3)
+    assert record["data"]["digest"] == json.loads((bench / "summary.json").read_text())["data"]
+    assert "3 pairs, drawn evenly by `--limit 3`" in leaderboard_tables(tmp_path / "board")
 
 
 def test_every_published_result_is_whole() -> None:
