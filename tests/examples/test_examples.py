@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from mapping.geometry.se2 import SE2
+from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.pixel_matrix import pixel_matrix
 from tests.conftest import command
 
 ROOT = Path(__file__).parents[2]
@@ -60,3 +66,11 @@ def test_every_example_has_a_docstring_with_its_call() -> None:
     for file in (ROOT / "examples").glob("*.py"):
         text = file.read_text(encoding="utf-8")
         assert f"python examples/{file.name}" in text.split('"""')[1]
+
+
+def test_a_pose_of_mrpt_becomes_the_matrix_of_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    example = importlib.import_module("answers_mrpt")
+    frames = [GridFrame(example.CELL, SE2(), (rows, 80)) for rows in (120, 75)]
+    expected = pixel_matrix(frames[0], Similarity2(3.0, -2.0, 0.7), frames[1])
+    np.testing.assert_allclose(example.pixel_matrix(3.0, -2.0, 0.7, 120, 75), expected, atol=1e-9)
