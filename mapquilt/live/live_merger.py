@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -84,9 +85,13 @@ class LiveMerger:
     def __init__(self, settings: LiveSettings = LiveSettings(), frozen: bool = False) -> None:
         self.settings, self.frozen, self.state = settings, frozen, LiveState()
         self._cache = FeatureCache(settings.merge.preparation)
+        self._last_step = math.inf
 
     def update(self, messages: Iterable[MapMessage | MapPatch], now: float) -> LiveState:
-        """Take messages that have come until ``now`` [s], match what they changed, and return the new state."""
+        """Take messages that have come until ``now`` [s], match what they changed, and return the new state.
+
+        Once no map has changed for long, the answers count as confirmed, for maps that have not joined yet.
+        """
         before, robots = self.state, dict(self.state.robots)
         for message in messages:
             name = message.robot
@@ -109,16 +114,22 @@ class LiveMerger:
         changed = [
             name for name in robots if name not in before.robots or robots[name].version != _version(before, name)
         ]
-        if changed:
-            state = state if self.frozen else self._placed(state)
+        still = not changed and self.is_still(now)
+        if changed or still:
+            self._last_step = now
+            state = state if self.frozen else self._placed(state, still)
             state = self._joined(state)
         self.state = replace(state, events=(*state.events, *_moved(before, state)))
         return self.state
 
+    def is_still(self, now: float) -> bool:
+        """Check if no map has changed for long, or since the last step without any change."""
+        return not self.frozen and now - self._last_step >= self.settings.still_after
+
     def catch_up(self) -> bool:
         """Match a pair that never was, for a time at which no map comes; return False if there is none.
 
-        No map joins or moves by that: it takes new cells to confirm an answer.
+        No map joins or moves by that: it takes new cells, or time, to confirm an answer.
         """
         usable = [robot for robot in self.state.robots.values() if robot.grid is not None]
         pairs = (
@@ -128,8 +139,11 @@ class LiveMerger:
             self.state = replace(self.state, pairs=pairs)
         return pairs is not None
 
-    def _placed(self, state: LiveState) -> LiveState:
-        """Match the pairs that changed, and advance the placement of each map that they concern."""
+    def _placed(self, state: LiveState, still: bool) -> LiveState:
+        """Match the pairs that changed, and advance the placement of each map that they concern.
+
+        If the maps stand ``still``, advance that of each map that is not joined.
+        """
         held = {name: each.held for name, each in state.placements.items() if each.is_joined and each.held is not None}
         usable = [robot for robot in state.robots.values() if robot.grid is not None]
         self._cache.keep(robot.grid for robot in usable if robot.grid is not None)
@@ -146,6 +160,8 @@ class LiveMerger:
             else self._with_frame(state, clusters)
         )
         concerned = {name for names, entry in pairs.items() if entry.turn == state.turn for name in names}
+        if still:
+            concerned = {name for name, each in state.placements.items() if not each.is_joined}
         placements = dict(state.placements)
         seen = _sightings(state, clusters)
         for robot in usable:

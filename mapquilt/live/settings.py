@@ -47,6 +47,8 @@ class LiveSettings:
     - ``occupied``, ``free`` [percent]: a cell is a wall from ``occupied`` on and free up to ``free``, as
       nav2's map_saver has it;
     - ``silent_after`` [s]: a robot without a message for so long is silent; slam_toolbox publishes every 5 s;
+    - ``still_after`` [s]: if no map has changed for so long, robots stand still: time confirms an answer, as no new
+      cells will;
     - ``kept_share``: a map that keeps less of the cells that the robot's last one knew has a new frame: it restarted;
     - ``compared_cells``: so many cells are looked up for that;
     - ``growth``: a refused pair is matched again from scratch once a map of it knows this share of cells more,
@@ -64,6 +66,7 @@ class LiveSettings:
     occupied: int = 65
     free: int = 25
     silent_after: float = 15.0
+    still_after: float = 15.0
     kept_share: float = 0.5
     compared_cells: int = 4000
     growth: float = 0.2

@@ -86,7 +86,7 @@ def merge_online(
                 events.append("frozen: all poses are held" if frozen else "not frozen: poses follow the maps")
             messages, unreadable = topics.take()
             moment = None
-            if messages:
+            if messages or merger.is_still(now):
                 start = time.perf_counter()
                 state = merger.update(messages, now)
                 moment = Moment(now, state, time.perf_counter() - start)

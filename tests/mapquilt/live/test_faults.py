@@ -99,9 +99,9 @@ def test_a_merger_that_is_killed_is_replaced_by_a_new_one(network, processes: Pr
     killed.end(signal.SIGKILL)  # perhaps while it writes
     assert np.array_equal(load_map(tmp_path / "record" / "merged.yaml").grid.log_odds, before.log_odds)
 
-    live = processes.command(*options)
-    explore(network, live, diagnostics, range(10, 14))
+    live = processes.command(*options, "--set", "still_after=1")  # robots stand still, and their maps are latched
     assert live.says("robot_0: joined", "robot_1: joined"), live.output
+    explore(network, live, diagnostics, range(10, 12))
     assert set(transforms(network)) == {"robot_0/map", "robot_1/map"}
     assert live.end(signal.SIGTERM) == 0, live.output
     assert np.count_nonzero(load_map(tmp_path / "record" / "merged.yaml").grid.known) > np.count_nonzero(before.known)

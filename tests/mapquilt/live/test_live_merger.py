@@ -102,6 +102,31 @@ def test_pairs_are_matched_while_no_map_comes_and_nothing_moves_by_that():
     assert set(merger.state.poses) == set(FRAMES)
 
 
+def test_robots_that_stand_still_join_by_time():
+    """As when a merger is started once the robots have explored all."""
+    merger = LiveMerger()
+    merger.update([sent(robot, 10) for robot in FRAMES], 1.0)
+    while merger.catch_up():
+        pass
+    before = merger.state
+    assert len(before.poses) <= 1
+    assert merger.update([sent(robot, 10) for robot in FRAMES], 15.9).placements == before.placements
+    now, steps = 16.0, 0
+    while len(merger.state.poses) < len(FRAMES):
+        assert merger.is_still(now)
+        merger.update([], now)
+        assert not merger.is_still(now + 0.9 * merger.settings.still_after)
+        now, steps = now + merger.settings.still_after, steps + 1
+        assert steps <= merger.settings.placement.confirmations
+    assert steps >= merger.settings.placement.confirmations - 1
+    check_poses(merger.state)
+    joined = merger.state
+    merger.update([], now)
+    assert merger.state.placements == joined.placements
+    merger.frozen = True
+    assert not merger.is_still(now + 100.0)
+
+
 def test_a_frozen_merge_holds_its_poses_and_fuses_new_cells():
     merger = LiveMerger()
     before = drive(merger, range(7, 10))[-1]
