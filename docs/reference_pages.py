@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from benchmarks.leaderboard.table import leaderboard_tables
 from mapquilt.cli.app import VERBS, load_verb, run
 from mapquilt.leaves import get_leaf, leaf_names
+from mapquilt.live.settings import LiveSettings
 from mapquilt.settings import ExperimentConfig
 
 CLI_PAGE, SETTINGS_PAGE, LEADERBOARD_PAGE = "reference/cli.md", "reference/settings.md", "leaderboard.md"
@@ -29,9 +31,14 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 
 def settings_table() -> str:
-    """Tabulate every leaf of the settings with its default."""
-    config = ExperimentConfig()
-    rows = [f"| `{name}` | {_text(get_leaf(config, name))} |" for name in leaf_names(config)]
+    """Tabulate every leaf of the settings with its default, and then those of a live merge."""
+    live = [name for name in leaf_names(LiveSettings()) if not name.startswith("merge.")]
+    of_live = _table(LiveSettings(), live)
+    return f"{_table(ExperimentConfig())}\nOf `mapquilt live`, beside those of `merge`:\n{of_live}"
+
+
+def _table(tree: Any, names: Iterable[str] | None = None) -> str:
+    rows = [f"| `{name}` | {_text(get_leaf(tree, name))} |" for name in names or leaf_names(tree)]
     return "\n".join(("", "| setting | default |", "|---|---|", *rows, ""))
 
 

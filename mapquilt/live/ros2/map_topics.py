@@ -46,6 +46,16 @@ class MapTopics:
         self._robots = robot_names((topic.removesuffix(UPDATES) for topic in self._open), self._robots)
         return (*events, *self._new_remarks(self._wrong(others, chosen, set(offered))))
 
+    def missing(self) -> str | None:
+        """Explain why no map is heard; None if a map topic is open."""
+        if self._open:
+            return None
+        others = {each.topic for each in self._network.publishers().values() if _is_map(each) and not each.ours}
+        maps = sorted(printable(topic) for topic in others - self._own)
+        if maps:
+            return f"no map on the topics that are wanted; maps are on {', '.join(maps)}"
+        return "no map on the network yet; check --domain, ROS_DOMAIN_ID and CYCLONEDDS_URI"
+
     def take(self) -> tuple[list[MapMessage | MapPatch], tuple[str, ...]]:
         """Return the maps that came since, in the order of their stamps, and what could not be decoded."""
         messages: list[MapMessage | MapPatch] = []

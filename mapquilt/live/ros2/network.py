@@ -19,11 +19,18 @@ from rosbags.serde import SerdeError
 
 from mapquilt.live.ros2.dds_types import STORE, cdr_type
 
-_CONFIG = (
+_COMPATIBLE = (
     "<CycloneDDS><Domain><Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
     "</Domain></CycloneDDS>"
 )
 """Without it nothing is received from ROS 2 Kilted, whose type information differs."""
+
+_LOCALHOST = (
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>'
+    "</General><Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>"
+    '<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>'
+)
+"""Finds participants of this machine alone, as the variables of ROS may ask."""
 
 _MOST_TAKEN = 100
 """Messages that a reader keeps and gives at once; latched publishers and readers of maps keep one."""
@@ -60,13 +67,13 @@ class Publisher:
 class Network:
     """A participant of a DDS domain, which names topics and types as ROS 2 does.
 
-    ``CYCLONEDDS_URI`` is honoured. Raises ``ValueError`` if the domain cannot be joined.
+    ``CYCLONEDDS_URI`` is honoured; so are ``ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`` and ``ROS_LOCALHOST_ONLY=1``.
+    Raises ``ValueError`` if the domain cannot be joined.
     """
 
     def __init__(self, domain: int = 0) -> None:
-        config = ",".join(filter(None, (_CONFIG, os.environ.get("CYCLONEDDS_URI"))))
         with _naming(f"domain {domain}"):
-            self._domain = Domain(domain, config)
+            self._domain = Domain(domain, configuration(os.environ))
             self._participant = DomainParticipant(domain)
             self._discovery = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         self._writers: dict[str, DataWriter[Any]] = {}
@@ -135,6 +142,15 @@ def decoded(data: bytes, kind: str) -> Any:
         return STORE.deserialize_cdr(data, kind)
     except (SerdeError, ValueError):
         return None
+
+
+def configuration(environment: Mapping[str, str]) -> str:
+    """Return the configuration of Cyclone DDS; what ``CYCLONEDDS_URI`` sets comes last, and so counts."""
+    parts = [_COMPATIBLE]
+    on_this_machine = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
+    if on_this_machine or environment.get("ROS_LOCALHOST_ONLY") == "1":
+        parts.append(_LOCALHOST)
+    return ",".join((*parts, *filter(None, [environment.get("CYCLONEDDS_URI")])))
 
 
 def _qos(quality: Quality, depth: int) -> Qos:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -26,11 +27,13 @@ class OnlineSettings:
 
     - ``poll`` [s]: time between two looks at the network, which adds to the latency;
     - ``heartbeat`` [s]: tf and diagnostics are sent at least so often, also while an update takes longer; tf2
-      extrapolates nothing.
+      extrapolates nothing;
+    - ``hint_after`` [s]: if no map topic was found by then, it is told what there is.
     """
 
     poll: float = 0.02
     heartbeat: float = 0.5
+    hint_after: float = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,7 @@ def merge_online(
     publication = _Publication(merger, network, names, clock)
     silent: frozenset[str] = frozenset()
     last, frozen, waiting = clock(), False, False
+    hint_at = time.monotonic() + settings.hint_after
     if last is None:
         yield Cycle(None, merger.state, events=("/clock: nothing heard yet; waits for the simulated time",))
     with _repeated(publication.send, settings.heartbeat) as check:
@@ -76,6 +80,9 @@ def merge_online(
                 yield Cycle(None, merger.state)
                 continue
             events = list(topics.look())
+            if time.monotonic() >= hint_at:
+                hint_at = math.inf
+                events += filter(None, [topics.missing()])
             if last is not None and now < last:
                 events.append(f"time went back by {last - now:.1f} s")
             last = now

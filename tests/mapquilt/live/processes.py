@@ -81,10 +81,10 @@ class Processes:
     def __init__(self) -> None:
         self._all: list[Process] = []
 
-    def command(self, *arguments: object) -> Process:
+    def command(self, *arguments: object, **environment: str) -> Process:
         """Start the command line."""
         words = (sys.executable, "-m", "mapquilt", *arguments, "--domain", DOMAIN)
-        return self._started(Process(*words, **{**os.environ, "CYCLONEDDS_URI": LOOPBACK}))
+        return self._started(Process(*words, **{**os.environ, "CYCLONEDDS_URI": LOOPBACK, **environment}))
 
     def node(self, python: str, script: object, maps: object, home: object) -> Process:
         """Start a node of rclpy, and wait until it is ready."""

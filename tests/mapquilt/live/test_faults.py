@@ -229,6 +229,17 @@ def test_no_robot_at_all_is_told_at_the_end(processes: Processes, tmp_path: Path
 
 
 @pytest.mark.slow
+def test_maps_that_nobody_asked_for_are_named_if_no_other_is_heard(network: Network, processes: Processes):
+    live = processes.command("live", "--topic", "/robot_0/map", ROS_LOCALHOST_ONLY="1", CYCLONEDDS_URI="")
+    assert live.says("no map on the network yet; check --domain, ROS_DOMAIN_ID and CYCLONEDDS_URI"), live.output
+    network.publish("/tb3/map", occupancy_grid(WORLD, 1.0, "map"), LATCHED)
+    other = processes.command("live", "--topic", "/robot_0/map")
+    assert other.says("no map on the topics that are wanted; maps are on /tb3/map"), other.output
+    network.withdraw("/tb3/map")
+    assert (live.end(), other.end()) == (1, 1)
+
+
+@pytest.mark.slow
 def test_simulated_time_stamps_what_is_published(network: Network, processes: Processes, team):
     """The clock runs a hundred times too fast, so that a robot falls silent at once."""
     live = processes.command("live", "--discover", "/robot_*/map", "--use-sim-time")

@@ -77,7 +77,8 @@ def test_four_robots_of_two_distributions_join_at_their_true_poses(
     network: Network, processes: Processes, team: tuple[RunRobot, ...], maps: list[MapMessage], nodes, tmp_path: Path
 ) -> None:
     """Time is compressed: a map is sent as soon as the one before was merged, as the diagnostics say."""
-    live = processes.command("live", "--discover", "/robot_*/map", "--record", tmp_path / "record")
+    ros = {"CYCLONEDDS_URI": "", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}  # as the nodes have it
+    live = processes.command("live", "--discover", "/robot_*/map", "--record", tmp_path / "record", **ros)
     diagnostics = Diagnostics(network)
     for number, each in enumerate(maps):
         nodes[each.robot].tell(f"send {each.robot}:{number}")

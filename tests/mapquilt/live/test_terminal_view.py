@@ -2,6 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
+import os
+import pty
+import struct
+import subprocess
+import sys
+import termios
 from dataclasses import replace
 from itertools import combinations
 
@@ -64,6 +72,28 @@ def test_a_crowd_with_long_names_fits_80_columns_and_the_height(state):
     assert max(map(len, shown)) <= 80
     assert "and 162 more pairs, matched before" in "\n".join(shown)
     assert "no map yet" in lines(LiveState(), None)[-1]
+
+
+@pytest.mark.slow
+def test_a_terminal_shows_the_view_and_the_table_at_the_end():
+    """No robot is there: the view says so until the time is over."""
+    pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install mapquilt[live]")
+    terminal, end = pty.openpty()
+    fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 80, 0, 0))
+    words = (sys.executable, "-m", "mapquilt", "live", "--topic", "/robot_0/map", "--duration", "2", "--domain", "99")
+    environment = {**os.environ, "ROS_LOCALHOST_ONLY": "1", "TERM": "xterm"}
+    process = subprocess.Popen(words, stdout=end, stderr=end, stdin=end, env=environment)
+    os.close(end)
+    shown = b""
+    with contextlib.suppress(OSError):  # Linux's way to tell the end of a terminal
+        while piece := os.read(terminal, 4096):
+            shown += piece
+    os.close(terminal)
+    assert process.wait(timeout=60) == 1
+    text = shown.decode()
+    assert "no map yet" in text
+    assert "0 of 0 robots joined; 0 updates" in text
+    assert text.index("no map yet") < text.index("0 of 0 robots joined; 0 updates")
 
 
 def test_the_rate_counts_recent_updates_only():
