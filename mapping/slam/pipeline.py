@@ -8,21 +8,22 @@
 
 from __future__ import annotations
 
+import itertools
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.geometry.se2 import SE2
 from mapping.robot.robot_log import RobotLog
 from mapping.robot.trajectory import Trajectory
 from mapping.slam.graph.adjustment import adjust, moved_scans, moved_with_nodes
 from mapping.slam.loops.closure import KeyframeGraph
-from mapping.slam.result import SlamResult
+from mapping.slam.result import JointSlamResult, SlamResult
 from mapping.slam.settings import SlamSettings
 from mapping.slam.tracking.matching import match_scan
-from mapping.slam.tracking.points import range_deviation
 from mapping.slam.tracking.surfels import SurfelMap
 from mapping.slam.tracking.tracker import Tracker
 
@@ -36,10 +37,30 @@ def slam(
 
     ``on_scan`` gets the number of scans tracked so far.
     """
+    joint = slam_together([(log, SE2.identity())], settings, on_scan)
+    return SlamResult(joint.trajectories[0], joint.keyframes, joint.edges, joint.timings)
+
+
+def slam_together(
+    robots: Sequence[tuple[RobotLog, SE2]],
+    settings: SlamSettings = DEFAULTS,
+    on_scan: Callable[[int], None] = lambda _: None,
+) -> JointSlamResult:
+    """Estimate the trajectories of several robots in one pose graph; equal inputs give equal results to the bit.
+
+    Each log comes with the rough pose of its start in the frame of the first one's. Loops link the robots where they
+    saw the same place. ``on_scan`` gets the number of scans tracked so far, of all logs.
+    """
     clock = _Clock()
-    tracker = Tracker(log, range_deviation(log.scans, settings.points), settings)
+    tracker = Tracker([log for log, _ in robots], settings)
     graph = KeyframeGraph(tracker, settings)
-    for index in range(len(log.scans)):
+    begins = dict(zip(tracker.starts[1:-1].tolist(), (start for _, start in robots[1:]), strict=True))
+    for index in range(int(tracker.starts[-1])):
+        if index in begins:
+            start = begins[index]
+            graph.begin(index, np.array([start.x, start.y, start.yaw]))
+            on_scan(index + 1)
+            continue
         is_keyframe = tracker.add(index)
         clock.add("tracking")
         if is_keyframe:
@@ -53,8 +74,12 @@ def slam(
     scans = _registered(tracker, moved_scans(tracker, poses), surfels, settings)
     clock.add("registration")
     loops = [loop.link.edge(loop.evidence) for loop in graph.loops]
-    return SlamResult(
-        trajectory=Trajectory(log.odometry.stamps, scans).from_start(),
+    whole, bounds = SE2(*scans[0]).inverse(), tracker.starts.tolist()
+    return JointSlamResult(
+        trajectories=tuple(
+            Trajectory(log.odometry.stamps, scans[first:stop]).moved(whole)
+            for (log, _), (first, stop) in zip(robots, itertools.pairwise(bounds), strict=True)
+        ),
         keyframes=np.array([keyframe.scan for keyframe in tracker.track.keyframes]),
         edges=(*(link.edge() for link in tracker.track.links), *loops),
         timings=MappingProxyType(clock.seconds),
@@ -66,7 +91,7 @@ def online_poses(log: RobotLog, settings: SlamSettings = DEFAULTS) -> Iterator[N
 
     A loop that closes moves earlier poses. ``slam`` improves the last of these once more, by steps 3 and 4.
     """
-    tracker = Tracker(log, range_deviation(log.scans, settings.points), settings)
+    tracker = Tracker([log], settings)
     graph = KeyframeGraph(tracker, settings)
     nodes: list[int] = []
     for index in range(len(log.scans)):

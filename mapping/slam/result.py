@@ -69,3 +69,26 @@ class SlamResult:
     @property
     def loops(self) -> tuple[Edge, ...]:
         return tuple(edge for edge in self.edges if edge.loop is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class JointSlamResult:
+    """Optimised poses of several logs, and the one pose graph that they solve.
+
+    - ``trajectories``: of each robot, in the frame of the first one's start;
+    - ``keyframes``: indices of the scans that are nodes of the graph, (K,) increasing, counted through all logs;
+    - ``edges``: constraints between keyframes;
+    - ``timings``: processor time of each step [s].
+    """
+
+    trajectories: tuple[Trajectory, ...]
+    keyframes: NDArray[np.int64]
+    edges: tuple[Edge, ...]
+    timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+    def loops_between(self, first: int, second: int) -> int:
+        """Count the loops between two robots, by their numbers."""
+        bounds = np.cumsum([len(each) for each in self.trajectories])
+        robots = np.searchsorted(bounds, self.keyframes, side="right")
+        wanted = {first, second}
+        return sum(edge.loop is not None and {robots[edge.first], robots[edge.second]} == wanted for edge in self.edges)

@@ -254,6 +254,22 @@ class AdjustmentSettings:
 
 
 @dataclass(frozen=True)
+class SessionSettings:
+    """Join the logs of several robots, the poses of whose starts are known roughly.
+
+    - ``deviation`` [m], ``yaw_deviation`` [rad]: standard deviations of the pose of a start;
+    - ``way`` [m]: from one log to the next counts as a drive of this length.
+    """
+
+    deviation: float = 0.5
+    yaw_deviation: float = 0.05
+    way: float = 50.0
+
+    def __post_init__(self) -> None:
+        require_valid(self)
+
+
+@dataclass(frozen=True)
 class SlamSettings:
     """Settings of all steps of SLAM."""
 
@@ -264,4 +280,5 @@ class SlamSettings:
     motion: MotionSettings = field(default_factory=MotionSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     loops: LoopSettings = field(default_factory=LoopSettings)
+    sessions: SessionSettings = field(default_factory=SessionSettings)
     adjustment: AdjustmentSettings = field(default_factory=AdjustmentSettings)

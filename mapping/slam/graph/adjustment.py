@@ -6,6 +6,7 @@ leaves a dense system in the keyframes that saw a wall together. Compare BALM (L
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -57,7 +58,7 @@ def adjust(
     """
     keyframes = tracker.track.keyframes
     group = -(-len(keyframes) // settings.adjustment.nodes)
-    nodes = np.arange(0, len(keyframes), group)
+    nodes = _nodes(tracker, group)
     grouped = _grouped(tracker, poses, nodes, settings)
     odometry = _odometry_links(tracker, nodes)
     solved = poses[nodes]
@@ -69,6 +70,13 @@ def adjust(
         solved = _solve_round(grouped, solved, surfels, odometry, settings)
     surfels = surfel_map(*grouped.placed(solved), tracker.voxel, settings.local_map)
     return moved_with_nodes(poses, nodes, solved), surfels
+
+
+def _nodes(tracker: Tracker, group: int) -> NDArray[np.int64]:
+    """Choose every ``group``-th keyframe of each log, its first one among them."""
+    scans = [keyframe.scan for keyframe in tracker.track.keyframes]
+    bounds = np.searchsorted(scans, tracker.starts).tolist()
+    return np.concatenate([np.arange(a, b, group) for a, b in itertools.pairwise(bounds)])
 
 
 def moved_with_nodes(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mapping.slam.graph.pose_graph import chi_squared, optimise_poses, relative_covariances
 from mapping.slam.linear_algebra import transformed
 from mapping.slam.link import Link, LinkTable
-from mapping.slam.loops.registration import Candidate, Loop, register, sub_map
+from mapping.slam.loops.registration import Candidate, Loop, SubMap, register, sub_map
 from mapping.slam.planar import between, compose, rotation
 from mapping.slam.settings import SlamSettings
 from mapping.slam.tracking.points import ScanPoints
@@ -28,17 +28,24 @@ class KeyframeGraph:
         self.settings = settings
         self.poses = np.zeros((0, 3))
         self.loops: list[Loop] = []
+        self._first = 0
         self._since_search = 0.0
         self._unsolved = 0
         self._distances = np.zeros(0)
         self._track_links = LinkTable.of(())
         self._points = lru_cache(maxsize=KEPT_SCANS)(self._points_of)
-        mount = tracker.log.base_from_lidar
-        self._base_from_lidar = np.array([mount.x, mount.y, mount.yaw])
 
     def links(self) -> list[Link]:
         """Return the links of the track and those of the loops."""
         return [*self.tracker.track.links, *(loop.link for loop in self.loops)]
+
+    def begin(self, scan: int, pose: NDArray[np.float64]) -> None:
+        """Start the next log, whose first scan is ``scan``, at a pose (3,) in the frame of the first keyframe."""
+        self.solve()
+        self.tracker.begin(scan, between(self.poses[-1], pose))
+        self.poses = np.vstack((self.poses, pose))
+        self._since_search = 0.0
+        self._first = len(self.poses) - 1
 
     def add_keyframe(self) -> None:
         """Take in the latest keyframe, and search loops if the robot drove far enough since the last search."""
@@ -49,7 +56,7 @@ class KeyframeGraph:
         self.poses = np.vstack((self.poses, pose))
         self._since_search += keyframes[-1].path
         settings = self.settings.loops
-        if settings.enabled and self._since_search >= settings.every and len(keyframes) > settings.fewest:
+        if settings.enabled and self._since_search >= settings.every and len(keyframes) - self._first > settings.fewest:
             self._since_search = 0.0
             self._search()
 
@@ -104,16 +111,29 @@ class KeyframeGraph:
         return chosen
 
     def _register(self, candidate: Candidate) -> Loop | None:
-        query = self._around(candidate.second, range(candidate.second + 1))
-        target = self._around(candidate.first, range(query.start))
+        query = self._around(candidate.second, range(self._first, candidate.second + 1))
+        target = self._around(candidate.first, self._session_of(candidate.first, query.start))
         return register(
-            sub_map(query, candidate.second, self._pose_of, self._points, self._base_from_lidar),
-            sub_map(target, candidate.first, self._pose_of, self._points, self._base_from_lidar),
+            self._sub_map(query, candidate.second),
+            self._sub_map(target, candidate.first),
             candidate,
             self.tracker.voxel,
             self.tracker.noise.level,
             self.settings,
         )
+
+    def _sub_map(self, frames: range, middle: int) -> SubMap:
+        tracker = self.tracker
+        mount = tracker.logs[tracker.session_of(tracker.track.keyframes[middle].scan)].base_from_lidar
+        return sub_map(frames, middle, self._pose_of, self._points, np.array([mount.x, mount.y, mount.yaw]))
+
+    def _session_of(self, keyframe: int, stop: int) -> range:
+        """Return the keyframes before ``stop`` of the log that a keyframe belongs to."""
+        tracker = self.tracker
+        session = tracker.session_of(tracker.track.keyframes[keyframe].scan)
+        scans = [each.scan for each in tracker.track.keyframes]
+        first, end = np.searchsorted(scans, tracker.starts[session : session + 2]).tolist()
+        return range(first, min(end, stop))
 
     def _around(self, middle: int, allowed: range) -> range:
         """Return the keyframes around one that a sub-map joins."""

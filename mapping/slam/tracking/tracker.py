@@ -25,7 +25,7 @@ from mapping.slam.planar import between, compose, move_points, rotation, turn_ve
 from mapping.slam.settings import LocalMapSettings, SlamSettings
 from mapping.slam.tracking.matching import Match, match_scan
 from mapping.slam.tracking.motion import OdometryLevel, motion_covariance
-from mapping.slam.tracking.points import REFERENCE_RANGE, RangeDeviation, ScanPoints, scan_points
+from mapping.slam.tracking.points import REFERENCE_RANGE, ScanPoints, range_deviation, scan_points
 from mapping.slam.tracking.surfels import SurfelMap, surfel_map
 
 
@@ -74,20 +74,22 @@ class _Prediction:
 
 
 class Tracker:
-    """Track a robot scan by scan.
+    """Track a robot scan by scan; the logs of several are tracked one after the other.
 
+    Scans are counted through all logs; ``starts`` is the number of the first scan of each, and of one past the last.
     ``noise`` holds the estimated noise level of the odometry, ``voxel`` [m] is the side of the surfels.
     """
 
-    def __init__(self, log: RobotLog, deviation: RangeDeviation, settings: SlamSettings) -> None:
-        self.log = log
-        self.deviation = deviation
+    def __init__(self, logs: Sequence[RobotLog], settings: SlamSettings) -> None:
+        self.logs = logs
         self.settings = settings
-        self.odometry = log.odometry.from_start().poses.copy()
-        self.track = Track(np.zeros((len(log.scans), 3)), np.zeros(len(log.scans), np.int64))
+        self.starts = np.cumsum([0, *(len(log.scans) for log in logs)])
+        self.odometry = np.concatenate([log.odometry.from_start().poses for log in logs])
+        self.track = Track(np.zeros((len(self.odometry), 3)), np.zeros(len(self.odometry), np.int64))
         self.noise = OdometryLevel(settings.motion)
         local = settings.local_map
-        side = local.voxel_deviations * deviation.at(REFERENCE_RANGE)
+        self._deviations = [range_deviation(log.scans, settings.points) for log in logs]
+        side = local.voxel_deviations * max(deviation.at(REFERENCE_RANGE) for deviation in self._deviations)
         self.voxel = float(np.clip(side, local.least_voxel, local.greatest_voxel))
         self._surfels: SurfelMap | None = None
         self._field: LikelihoodField | None = None
@@ -95,9 +97,31 @@ class Tracker:
         self._path, self._turned = 0.0, 0.0
         self._usual_share = 1.0
 
+    def session_of(self, index: int) -> int:
+        """Return the number of the log that scan ``index`` belongs to."""
+        return int(np.searchsorted(self.starts, index, side="right")) - 1
+
     def points_of(self, index: int) -> ScanPoints:
         """Compute the points of scan ``index``."""
-        return scan_points(self.log.scans[index], self.log.base_from_lidar, self.deviation, self.settings.points)
+        session = self.session_of(index)
+        log, scan = self.logs[session], index - int(self.starts[session])
+        return scan_points(log.scans[scan], log.base_from_lidar, self._deviations[session], self.settings.points)
+
+    def begin(self, index: int, relative: NDArray[np.float64]) -> None:
+        """Start the log whose first scan is ``index``, at a pose (3,) seen from the last keyframe: a new local map.
+
+        The keyframe is linked to the last one as uncertainly as ``SessionSettings`` say.
+        """
+        track, rule = self.track, self.settings.sessions
+        last, stop = track.keyframes[-1], self.starts[self.session_of(index) + 1]
+        pose, driven = compose(last.pose, relative), compose(self.odometry[last.scan], relative)
+        for scan in range(index, int(stop)):
+            self.odometry[scan] = compose(driven, self.odometry[scan])
+        track.poses[index] = pose
+        self._latest, self._path = [], rule.way
+        self._add_keyframe(index, pose, self.points_of(index))
+        covariance = np.diag(np.square([rule.deviation, rule.deviation, rule.yaw_deviation]))
+        track.links.append(Link(len(track.keyframes) - 2, len(track.keyframes) - 1, relative, covariance))
 
     def add(self, index: int) -> bool:
         """Track scan ``index``, the next one; return True if it became a keyframe."""
@@ -136,16 +160,20 @@ class Tracker:
         return _Prediction(compose(last.pose, moved), guess, covariance, turn, unit)
 
     def _velocity_step(self, index: int) -> NDArray[np.float64]:
-        if index < 2:
+        session = self.session_of(index)
+        first = int(self.starts[session])
+        if index - first < 2:
             return np.zeros(3)
-        stamps, poses = self.log.odometry.stamps, self.track.poses
+        stamps, poses = self.logs[session].odometry.stamps, self.track.poses[first:]
+        index -= first
         ratio = (stamps[index] - stamps[index - 1]) / (stamps[index - 1] - stamps[index - 2])
         step: NDArray[np.float64] = between(poses[index - 2], poses[index - 1]) * min(ratio, 2.0)
         return step
 
     def _velocity_covariance(self, index: int) -> NDArray[np.float64]:
-        motion, stamps = self.settings.motion, self.log.odometry.stamps
-        seconds = stamps[index] - stamps[index - 1]
+        session = self.session_of(index)
+        motion, stamps = self.settings.motion, self.logs[session].odometry.stamps
+        seconds = stamps[index - self.starts[session]] - stamps[index - self.starts[session] - 1]
         shift = 0.5 * motion.acceleration * seconds**2 + self.settings.local_map.roughness
         turn = 0.5 * motion.turn_acceleration * seconds**2 + self.settings.local_map.roughness
         return np.diag(np.square([shift, shift, turn]))
