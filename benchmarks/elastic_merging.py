@@ -1,20 +1,23 @@
 """Walls of merged maps against the true world, merged rigidly and elastically.
 
 ``python -m benchmarks.elastic_merging --out elastic`` simulates missions of two robots, maps them by odometry and by
-SLAM at each noise level, merges each pair of maps both ways, and writes elastic.csv, one row for each pair of maps that
-merged, and elastic.png. It prints mean wall F1 and the mean gain, with 95 % intervals over missions. A merged map is
-laid on the world where it fits best. ``--families``, ``--seeds``, ``--levels`` and ``--poses`` choose what is made.
+SLAM at each noise level, merges each pair of maps both ways, and from the logs, whose poses are optimised together. It
+writes elastic.csv, one row for each pair of maps that merged, and elastic.png. It prints mean wall F1 and the mean
+gains, with 95 % intervals over missions. A merged map is laid on the world where it fits best. ``--families``,
+``--seeds``, ``--levels`` and ``--poses`` choose what is made.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
@@ -23,9 +26,13 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.grid.occupancy_grid import OccupancyGrid
+from mapping.map_set import MapSet
+from mapping.robot.recorded_log import RecordedLog
 from mapping.settings import MappingSettings
 from mapquilt.evaluation.map_quality import align_to_world, map_quality, observed_part
 from mapquilt.evaluation.statistics import mean_over_clusters
+from mapquilt.logs.load_log import NamedLog
+from mapquilt.merging.joint_maps import draw_jointly
 from mapquilt.runs.open_world import open_world
 from mapquilt.runs.sample import Sample, make_sample
 from mapquilt.runs.true_footprints import TrueFootprints, true_footprints
@@ -48,8 +55,9 @@ SAME_SCALE = FramePerturbationRanges(1.0, 1.0)
 
 @dataclass(frozen=True)
 class Row:
-    """Wall F1 of one merged map at its best fit, and placed by the truth of its maps (``scored``), both ways; shares of
-    doubled walls; the largest bend [m] and strain, 0 if the maps stayed."""
+    """Wall F1 of one merged map at its best fit, and placed by the truth of its maps (``scored``), both ways; the first
+    from the logs, too, nan if their maps do not join; shares of doubled walls; the largest bend [m] and strain, 0 if
+    the maps stayed."""
 
     family: str
     seed: int
@@ -57,6 +65,7 @@ class Row:
     level: float
     f1_rigid: float
     f1_elastic: float
+    f1_logs: float
     scored_rigid: float
     scored_elastic: float
     doubled_rigid: float
@@ -107,6 +116,7 @@ def _row(family: str, sample: Sample, places: TrueFootprints, settings: SampleSe
         level=settings.sensing.noise,
         f1_rigid=one[0],
         f1_elastic=other[0],
+        f1_logs=_f1_of_logs(sample, places),
         scored_rigid=one[1],
         scored_elastic=other[1],
         doubled_rigid=rigid.groups[0].doubled_walls,
@@ -118,9 +128,27 @@ def _row(family: str, sample: Sample, places: TrueFootprints, settings: SampleSe
 
 def _f1(sample: Sample, places: TrueFootprints, group: MergedGroup) -> tuple[float, float]:
     """Return the wall F1 of a merged map at its best fit, and where the truth of its maps puts it."""
-    observed = observed_part(places.world, [place.footprint for place in places.maps])
     world_from_map = {name: sample.truth.robot(name).truth.world_from_map for name in group.reference_from_map}
-    start = align_to_world(sample.maps, world_from_map, group.reference_from_map)
+    return _f1_at(sample.maps, world_from_map, places, group)
+
+
+def _f1_of_logs(sample: Sample, places: TrueFootprints) -> float:
+    """Return the wall F1, at its best fit, of the map that the logs give together; nan if their maps do not join."""
+    logs = [NamedLog(log.robot, RecordedLog(log), Path(log.robot)) for log in sample.logs]
+    joint = draw_jointly(logs, MappingSettings(), RIGID)
+    maps = MapSet(tuple(joint.grids), tuple(joint.grids.values()), tuple("m" for _ in logs))
+    merged = merge_maps(maps, RIGID)
+    if len(merged.reference_from_map) < len(maps):
+        return math.nan
+    starts = (Similarity2.from_se2(place.truth.trajectory.pose(0)) for place in places.maps)
+    return _f1_at(maps, dict(zip(maps.names, starts, strict=True)), places, merged.groups[0])[0]
+
+
+def _f1_at(
+    maps: MapSet, world_from_map: Mapping[str, Similarity2], places: TrueFootprints, group: MergedGroup
+) -> tuple[float, float]:
+    observed = observed_part(places.world, [place.footprint for place in places.maps])
+    start = align_to_world(maps, world_from_map, group.reference_from_map)
     fitted = _best_fit(observed, group.merged, start)
     best, scored = (map_quality(group.merged, place, observed).f1_walls for place in (fitted, start))
     return best, scored
@@ -138,12 +166,12 @@ def _best_fit(world: OccupancyGrid, merged: OccupancyGrid, start: Similarity2) -
 
 def table(measured: Sequence[Row]) -> Table:
     """Return the means by poses and noise, with intervals over missions."""
-    columns = ("poses", "noise", "maps", "rigid", "elastic", "gain", "95 %", "least", "scored", "doubled")
+    columns = ("poses", "noise", "maps", "rigid", "elastic", "gain", "95 %", "least", "doubled", "logs", "gain", "95 %")
     shown = plain_table(*((name, name != "poses") for name in columns))
     for poses, level in dict.fromkeys((row.poses, row.level) for row in measured):
         part = [row for row in measured if (row.poses, row.level) == (poses, level)]
         gains = [row.f1_elastic - row.f1_rigid for row in part]
-        interval = mean_over_clusters(gains, [row.mission for row in part], np.random.default_rng(0))
+        drawn = [row for row in part if not math.isnan(row.f1_logs)]
         mean = {name: float(np.mean([getattr(row, name) for row in part])) for name in _NUMBERS}
         shown.add_row(
             poses,
@@ -152,28 +180,42 @@ def table(measured: Sequence[Row]) -> Table:
             f"{mean['f1_rigid']:.3f}",
             f"{mean['f1_elastic']:.3f}",
             f"{np.mean(gains):+.3f}",
-            "-" if interval is None else f"{interval.low:+.3f} to {interval.high:+.3f}",
+            _interval(part, gains),
             f"{min(gains):+.3f}",
-            f"{mean['scored_elastic'] - mean['scored_rigid']:+.3f}",
             f"{100.0 * mean['doubled_rigid']:.1f} > {100.0 * mean['doubled_elastic']:.1f} %",
+            f"{np.mean([row.f1_logs for row in drawn]):.3f}" if drawn else "-",
+            f"{np.mean([row.f1_logs - row.f1_rigid for row in drawn]):+.3f}" if drawn else "-",
+            _interval(drawn, [row.f1_logs - row.f1_rigid for row in drawn]),
         )
     return shown
+
+
+def _interval(part: Sequence[Row], gains: Sequence[float]) -> str:
+    interval = mean_over_clusters(gains, [row.mission for row in part], np.random.default_rng(0)) if part else None
+    return "-" if interval is None else f"{interval.low:+.3f} to {interval.high:+.3f}"
 
 
 _NUMBERS = tuple(each.name for each in fields(Row) if each.name not in ("family", "seed", "poses", "level"))
 
 
 def picture(measured: Sequence[Row]) -> Figure:
-    """Draw the wall F1 of each merged map, elastic against rigid, by poses and noise level."""
-    figure = Figure(figsize=(5.2, 5.0), layout="constrained", dpi=110)
-    axes = figure.subplots()
+    """Draw the wall F1 of each merged map against that of the rigid merge, by poses and noise level."""
+    figure = Figure(figsize=(9.2, 4.8), layout="constrained", dpi=110)
+    for axes, name, label in zip(
+        figure.subplots(1, 2), ("f1_elastic", "f1_logs"), ("elastic", "from the logs, optimised together"), strict=True
+    ):
+        _draw(axes, measured, name, label)
+    return figure
+
+
+def _draw(axes: Axes, measured: Sequence[Row], name: str, label: str) -> None:
     for poses, marker in (("odometry", "o"), ("slam", "s")):
         for level, colour in zip(sorted({row.level for row in measured}), _SHADES, strict=False):
             part = [row for row in measured if (row.poses, row.level) == (poses, level)]
             if part:
                 axes.plot(
                     [row.f1_rigid for row in part],
-                    [row.f1_elastic for row in part],
+                    [getattr(row, name) for row in part],
                     marker,
                     color=colour,
                     markersize=5,
@@ -181,9 +223,8 @@ def picture(measured: Sequence[Row]) -> Figure:
                     label=f"{poses}, noise {level:g}",
                 )
     axes.plot((0.0, 1.0), (0.0, 1.0), color="#b9bec6", linewidth=1.0, zorder=0.0)
-    axes.set(xlabel="wall F1, rigid", ylabel="wall F1, elastic", xlim=(0.0, 1.0), ylim=(0.0, 1.0), aspect="equal")
+    axes.set(xlabel="wall F1, rigid", ylabel=f"wall F1, {label}", xlim=(0.0, 1.0), ylim=(0.0, 1.0), aspect="equal")
     axes.legend(frameon=False, fontsize=8)
-    return figure
 
 
 _SHADES = ("#2a6fb0", "#4a8f4a", "#e0912f", "#b0302a")
@@ -198,7 +239,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=120.0)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
-    measured, console = [], Console(width=100, highlight=False)
+    measured, console = [], Console(width=120, highlight=False)
     for row in rows(
         given.families.split(","),
         [int(seed) for seed in given.seeds.split(",")],
@@ -207,7 +248,8 @@ def main() -> None:
         given.duration,
     ):
         measured.append(row)
-        console.print(f"{row.mission} {row.poses} {row.level:g}: {row.f1_rigid:.3f} > {row.f1_elastic:.3f}")
+        f1 = f"{row.f1_rigid:.3f} > {row.f1_elastic:.3f}, from logs {row.f1_logs:.3f}"
+        console.print(f"{row.mission} {row.poses} {row.level:g}: {f1}")
     given.out.mkdir(parents=True, exist_ok=True)
     with (given.out / "elastic.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, [each.name for each in fields(Row)])

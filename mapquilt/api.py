@@ -61,7 +61,7 @@ def merge(
                 if not isinstance(one, str | Path):
                     raise ValueError(f"maps[{number}] is a {type(one).__name__}, must be a file name like the others")
             paths = [Path(one) for one in maps if isinstance(one, str | Path)]
-            inputs = path_inputs(paths, None)
+            inputs = path_inputs(paths, None, settings=settings, seed=seed)
             for warning in inputs.warnings:
                 warnings.warn(warning, stacklevel=2)
             if out is not None:

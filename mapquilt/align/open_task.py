@@ -29,7 +29,7 @@ def open_task(
     unknown: UnknownGrey = None,
     scale: ScaleRange | None = None,
     seed: int = 0,
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: Callable[[int, int], None] = lambda _, __: None,
 ) -> AlignTask:
     """Open maps to align. A run or a merge keeps its answer in its own folder, and shows the one that it has.
 

@@ -7,6 +7,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from mapquilt.runs.folder import LOG_FILE
+
 BAG_ENDINGS = (".bag", ".mcap", ".db3")
 CARMEN_ENDINGS = (".log", ".clf", ".carmen", ".gz")
 LOG_ENDINGS = (*BAG_ENDINGS, *CARMEN_ENDINGS, ".npz")
@@ -24,8 +26,8 @@ def is_bag(path: Path) -> bool:
 
 
 def log_name(path: Path) -> str:
-    """Name a robot after its file: letters, digits and underscores, a letter first."""
-    stem = path.resolve().name
+    """Name a robot after its file, a ``log.npz`` after its folder: letters, digits and underscores, a letter first."""
+    stem = path.resolve().name if path.name != LOG_FILE else path.resolve().parent.name
     while Path(stem).suffix.lower() in LOG_ENDINGS:
         stem = Path(stem).stem
     name = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")

@@ -28,13 +28,14 @@ INPUTS = "inputs"
 @dataclass(frozen=True, eq=False)
 class MergeInputs:
     """Hold a map set; for each map its file, relative to the merge's folder, and the grey level that was read as
-    unknown; and the files to write for them, by relative path."""
+    unknown; and the files to write for them, by relative path. ``notes`` say how maps of logs were made."""
 
     maps: MapSet
     files: tuple[str, ...]
     unknown: tuple[UnknownGrey, ...]
     copies: Mapping[str, bytes] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def run_inputs(run: Path) -> MergeInputs:

@@ -38,7 +38,8 @@ ElasticOption = Annotated[
     typer.Option(
         "--elastic",
         help="Bend the maps of a group until their walls fall together, and fuse them then; see elastic.png. "
-        "Transforms and verdicts stay. Maps that fit as they are stay too.",
+        "Transforms and verdicts stay. Maps that fit as they are stay too. Of logs, the poses of all robots are "
+        "optimised in one graph, and their maps drawn anew.",
     ),
 ]
 PriorOption = Annotated[

@@ -156,7 +156,7 @@ def merge(
     if add:
         job = _extension(chosen, maps, add, out, grey=grey, seed=seed, force=force)
     else:
-        inputs, folder = _merge_inputs(maps, out, grey)
+        inputs, folder = _merge_inputs(maps, out, grey, settings, seed or 0)
         job = _Job(inputs, folder, settings, seed or 0)
     if debug is not None:
         refuse_debug(debug, job.settings, maps)
@@ -248,7 +248,7 @@ def _run(job: _Job, workers: Workers) -> tuple[MergeResult, tuple[Path, ...]]:
 def _print_result(job: _Job, result: MergeResult, written: Sequence[Path], alternatives: bool) -> None:
     """Print the table of pairs, the transforms to paste, and the files written."""
     print_table(merge_table(job.inputs.maps, result, alternatives))
-    notes = [transform_notes(job.inputs.maps, result)]
+    notes = ["\n".join(job.inputs.notes), transform_notes(job.inputs.maps, result)]
     if job.may_write(result):
         alone = result.reference if len(result.reference_from_map) == 1 else None
         notes.append(files_note(job.folder, written, alone))
@@ -340,7 +340,9 @@ def _folder_to_extend(maps: list[Path], added: Path, out: Path | None) -> Path:
     return maps[0]
 
 
-def _merge_inputs(maps: list[Path], out: Path | None, unknown: UnknownGrey) -> tuple[MergeInputs, Path | None]:
+def _merge_inputs(
+    maps: list[Path], out: Path | None, unknown: UnknownGrey, settings: MergeSettings, seed: int
+) -> tuple[MergeInputs, Path | None]:
     """Return the maps to merge, and the folder of the answer."""
     if len(maps) == 1 and maps[0].is_dir() and not is_bag(maps[0]):
         if out is not None:
@@ -348,11 +350,10 @@ def _merge_inputs(maps: list[Path], out: Path | None, unknown: UnknownGrey) -> t
         if unknown is not None:
             raise ValueError("--unknown: applies to map files only, not to a run")
         return run_inputs(maps[0]), maps[0]
-    with count_progress("mapping logs") as on_progress:
-        inputs = path_inputs(maps, unknown, on_progress)
     if out is not None:
         refuse_merge(out, maps)
-    return inputs, out
+    with count_progress("mapping logs") as on_progress:
+        return path_inputs(maps, unknown, on_progress, settings, seed), out
 
 
 def _fusion(name: str) -> FusionName:

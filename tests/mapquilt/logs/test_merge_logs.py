@@ -9,9 +9,17 @@ import numpy as np
 import pytest
 
 from mapping.io.carmen import save_carmen
-from mapping.io.robot_log_file import save_robot_log
+from mapping.io.robot_log_file import load_robot_log, save_robot_log
+from mapping.robot.recorded_log import RecordedLog
+from mapping.settings import MappingSettings
+from mapquilt.logs.load_log import NamedLog
 from mapquilt.logs.log_files import log_name, unique_names
+from mapquilt.logs.log_map import draw_log
+from mapquilt.merging.joint_maps import _linked, draw_jointly
+from merge.settings import MergeSettings
+from merge.verification.settings import AcceptanceSettings
 from tests.conftest import command
+from tests.mapping.slam.rooms import along, log_of, office
 from tests.mapquilt.logs.rooms import room_log
 
 
@@ -48,9 +56,59 @@ def test_one_log_alone_or_twice_is_refused(logs: tuple[Path, Path], capsys: pyte
     assert "none.bag: no such file" in capsys.readouterr().err
 
 
+@pytest.fixture(scope="module")
+def office_logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Two robots that drive one room on different ways."""
+    folder = tmp_path_factory.mktemp("logs")
+    ways = [(0, 0), (4, 1.5), (6, 4), (3.5, 2.5)], [(6.5, 4.5), (1, 2.5), (0, 4), (0, 0), (4, 0)]
+    for number, way in enumerate(ways):
+        poses = along(np.array(way, float), speed=0.1)
+        log, _ = log_of(office(), poses, noise=0.02, odometry_noise=2.0, seed=number, beams=180)
+        (folder / f"robot_{number}").mkdir()
+        save_robot_log(folder / f"robot_{number}" / "log.npz", log)
+    return folder / "robot_0" / "log.npz", folder / "robot_1" / "log.npz"
+
+
+def test_an_elastic_merge_optimises_the_poses_of_logs_together(
+    office_logs: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The maps are drawn anew; the record and the note name the robots after the folders of their logs."""
+    assert command("merge", *office_logs, "--elastic", "--out", tmp_path / "out") == 0
+    assert "robot_0 and robot_1: poses optimised together, by " in " ".join(capsys.readouterr().out.split())
+    assert command("merge", *office_logs, "--out", tmp_path / "alone") == 0
+    records = [json.loads((tmp_path / name / "merge.json").read_text()) for name in ("out", "alone")]
+    assert [one["name"] for one in records[0]["maps"]] == ["robot_0", "robot_1"]
+    assert records[0]["maps"][1]["fingerprint"] != records[1]["maps"][1]["fingerprint"]
+    assert command("merge", *office_logs, "--elastic", "--out", tmp_path / "again") == 0
+    assert (tmp_path / "again" / "merged.pgm").read_bytes() == (tmp_path / "out" / "merged.pgm").read_bytes()
+
+
+def test_robots_whose_maps_do_not_join_keep_their_maps(office_logs: tuple[Path, Path]) -> None:
+    logs = [NamedLog(path.parent.name, RecordedLog(load_robot_log(path).part(0, 30)), path) for path in office_logs]
+    refusing = MergeSettings(acceptance=AcceptanceSettings(min_confidence=1.0))
+    joint = draw_jointly(logs, MappingSettings(), refusing)
+    assert joint.loops == {}
+    for log in logs:
+        alone = draw_log(log, MappingSettings()).grid
+        assert joint.grids[log.name].log_odds.tobytes() == alone.log_odds.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("pairs", "linked"),
+    [((), {0}), (((0, 1),), {0, 1}), (((1, 2), (0, 2)), {0, 1, 2}), (((1, 2), (0, 3)), {0, 3})],
+)
+def test_loops_link_robots_over_others(pairs: tuple[tuple[int, int], ...], linked: set[int]) -> None:
+    assert _linked(dict.fromkeys(pairs, 1)) == linked
+
+
 @pytest.mark.parametrize(
     ("file", "name"),
-    [("acapulco-corrected.log.gz", "acapulco_corrected"), ("2011-03.bag", "log_2011_03"), ("Flur ü.mcap", "Flur")],
+    [
+        ("acapulco-corrected.log.gz", "acapulco_corrected"),
+        ("2011-03.bag", "log_2011_03"),
+        ("Flur ü.mcap", "Flur"),
+        ("run/robot_3/log.npz", "robot_3"),
+    ],
 )
 def test_robots_are_named_after_files(file: str, name: str) -> None:
     assert log_name(Path(file)) == name
