@@ -164,38 +164,44 @@ def _best_fit(world: OccupancyGrid, merged: OccupancyGrid, start: Similarity2) -
     return to_world @ cells @ to_merged.inverse()
 
 
-def table(measured: Sequence[Row]) -> Table:
-    """Return the means by poses and noise, with intervals over missions."""
-    columns = ("poses", "noise", "maps", "rigid", "elastic", "gain", "95 %", "least", "doubled", "logs", "gain", "95 %")
-    shown = plain_table(*((name, name != "poses") for name in columns))
+def tables(measured: Sequence[Row]) -> tuple[Table, Table]:
+    """Return the means by poses and noise, with intervals over missions: of bent maps, and of the logs together."""
+    bent = plain_table(
+        *((name, name != "poses") for name in (*_FIRST, "elastic", "gain", "95 %", "least", "doubled %"))
+    )
+    logs = plain_table(*((name, name != "poses") for name in (*_FIRST, "logs", "gain", "95 %", "least")))
     for poses, level in dict.fromkeys((row.poses, row.level) for row in measured):
         part = [row for row in measured if (row.poses, row.level) == (poses, level)]
-        gains = [row.f1_elastic - row.f1_rigid for row in part]
-        drawn = [row for row in part if not math.isnan(row.f1_logs)]
-        mean = {name: float(np.mean([getattr(row, name) for row in part])) for name in _NUMBERS}
-        shown.add_row(
-            poses,
-            f"{level:g}",
-            str(len(part)),
-            f"{mean['f1_rigid']:.3f}",
-            f"{mean['f1_elastic']:.3f}",
-            f"{np.mean(gains):+.3f}",
-            _interval(part, gains),
-            f"{min(gains):+.3f}",
-            f"{100.0 * mean['doubled_rigid']:.1f} > {100.0 * mean['doubled_elastic']:.1f} %",
-            f"{np.mean([row.f1_logs for row in drawn]):.3f}" if drawn else "-",
-            f"{np.mean([row.f1_logs - row.f1_rigid for row in drawn]):+.3f}" if drawn else "-",
-            _interval(drawn, [row.f1_logs - row.f1_rigid for row in drawn]),
+        doubled = (
+            100.0 * float(np.mean([getattr(row, f"doubled_{way}") for row in part])) for way in ("rigid", "elastic")
         )
-    return shown
+        bent.add_row(poses, *_means(part, "f1_elastic"), " > ".join(f"{share:.0f}" for share in doubled))
+        drawn = [row for row in part if not math.isnan(row.f1_logs)]
+        if drawn:
+            logs.add_row(poses, *_means(drawn, "f1_logs"))
+    return bent, logs
+
+
+_FIRST = ("poses", "noise", "maps", "rigid")
+
+
+def _means(part: Sequence[Row], name: str) -> tuple[str, ...]:
+    f1 = [getattr(row, name) for row in part]
+    gains = [value - row.f1_rigid for value, row in zip(f1, part, strict=True)]
+    return (
+        f"{part[0].level:g}",
+        str(len(part)),
+        f"{np.mean([row.f1_rigid for row in part]):.3f}",
+        f"{np.mean(f1):.3f}",
+        f"{np.mean(gains):+.3f}",
+        _interval(part, gains),
+        f"{min(gains):+.3f}",
+    )
 
 
 def _interval(part: Sequence[Row], gains: Sequence[float]) -> str:
-    interval = mean_over_clusters(gains, [row.mission for row in part], np.random.default_rng(0)) if part else None
-    return "-" if interval is None else f"{interval.low:+.3f} to {interval.high:+.3f}"
-
-
-_NUMBERS = tuple(each.name for each in fields(Row) if each.name not in ("family", "seed", "poses", "level"))
+    interval = mean_over_clusters(gains, [row.mission for row in part], np.random.default_rng(0))
+    return "-" if interval is None else f"{interval.low:+.2f} to {interval.high:+.2f}"
 
 
 def picture(measured: Sequence[Row]) -> Figure:
@@ -239,7 +245,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=120.0)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
-    measured, console = [], Console(width=120, highlight=False)
+    measured, console = [], Console(width=80, highlight=False)
     for row in rows(
         given.families.split(","),
         [int(seed) for seed in given.seeds.split(",")],
@@ -256,7 +262,8 @@ def main() -> None:
         writer.writeheader()
         writer.writerows(asdict(row) for row in measured)
     (given.out / "elastic.png").write_bytes(figure_png(picture(measured)))
-    console.print(table(measured))
+    for shown in tables(measured):
+        console.print(shown)
 
 
 if __name__ == "__main__":
