@@ -165,9 +165,9 @@ def compare_methods(
     pairs = dataset_pairs(Path(dataset), split)
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
+    record = {"scale": "auto", "seed": seed, "data": data_digest(pairs)}
     with Runner(Workers(workers)) as runner:
         results = build_results(run_benchmark(pairs, settings, seed, runner), seed)
     if out is not None:
-        settings_record = {"scale": "auto", "seed": seed, "data": data_digest(pairs)}
-        write_folder(Path(out), results, settings_record, len(pairs))
+        write_folder(Path(out), results, record, len(pairs))
     return results

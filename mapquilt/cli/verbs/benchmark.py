@@ -102,12 +102,12 @@ def benchmark(
     spare_inputs(out, [*(pairs or ()), *(dataset or ()), *files.values()])
     refuse_foreign(out, SUMMARY_FILE)
     chosen = _chosen_pairs(pairs or (), dataset or (), split, limit, seed)
+    searched = scale if ranges is None else f"{ranges.low:g}:{ranges.high:g}"
+    settings = {"scale": searched, "seed": seed, "data": data_digest(chosen)}
     given = _given_answers(files, chosen)
     with Runner(chosen_workers(workers, scheduler)) as runner, count_progress("pairs") as on_progress:
         evaluated = run_benchmark(chosen, methods, seed, runner, on_progress, unfinished_folder(out), given)
     results = build_results(evaluated, seed)
-    searched = scale if ranges is None else f"{ranges.low:g}:{ranges.high:g}"
-    settings = {"scale": searched, "seed": seed, "data": data_digest(chosen)}
     with count_progress("pictures of methods") as on_progress:
         write_folder(out, results, settings, len(chosen) if pictures is None else pictures, on_progress)
     remove_job(unfinished_folder(out), TASKS_FILE)

@@ -176,6 +176,15 @@ def test_options_before_export_are_refused(pairs_file, tmp_path, capsys):
     assert "no pairs" in capsys.readouterr().err
 
 
+def test_a_list_that_is_given_twice_is_refused_before_it_runs(pairs_file, tmp_path, capsys):
+    twice = ("--pairs", pairs_file, "--pairs", pairs_file, "--out", tmp_path / "out")
+    assert command("benchmark", *twice, "--method", "orb") == 2
+    assert command("benchmark", "export", *twice) == 2
+    for line in capsys.readouterr().err.splitlines():
+        assert "is the same pair as" in line
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_export_replaces_only_an_export(pairs_file, tmp_path, capsys):
     (tmp_path / "thesis.tex").write_text("years of work")
     assert command("benchmark", "export", "--pairs", pairs_file, "--out", tmp_path) == 2
