@@ -8,17 +8,11 @@ from typing import Any
 
 from benchmarks.leaderboard.result_file import ROOT, SHARES, read_results
 
+WORDS = ("method", "version", "reference", "run")
 HEADINGS = (
-    "method",
-    "true accepts, %",
-    "at 30 % overlap and more, %",
-    "false accepts",
-    "accepted right, %",
-    "s",
-    "run",
+    *("method", "version", "reference", "true accepts, %", "at 30 % overlap and more, %", "false accepts"),
+    *("accepted right, %", "s", "run"),
 )
-TEXTS = ((": ", "reference"), (". ", "note"))
-"""What follows the name of the method, and the separator before it."""
 
 
 def leaderboard_tables(root: Path = ROOT) -> str:
@@ -35,7 +29,7 @@ def leaderboard_tables(root: Path = ROOT) -> str:
             f"## {folder.name}\n",
             f"{data['pairs']} pairs{part}; `{data['made_by']}`; digest `{data['digest'][:16]}`.\n",
             f"| {' | '.join(HEADINGS)} |",
-            "|---|---:|---:|---:|---:|---:|---|",
+            f"|{'|'.join('---' if heading in WORDS else '---:' for heading in HEADINGS)}|",
             *(f"| {' | '.join(_cells(record))} |" for record in rows),
             "",
         ]
@@ -44,9 +38,10 @@ def leaderboard_tables(root: Path = ROOT) -> str:
 
 def _cells(record: Mapping[str, Any]) -> tuple[str, ...]:
     every = _row(record, "every pair", "all")
-    reference, note = (f"{before}{record[name]}" if record[name] else "" for before, name in TEXTS)
     return (
-        f"{record['method']} {record['version']}{reference}{note}",
+        record["method"] + (f"; {record['note']}" if record["note"] else ""),
+        record["version"],
+        record["reference"],
         _share(_row(record, "positives", "all")["true_accepts"]),
         _share(_row(record, "positives", "overlap 30 % and more")["true_accepts"]),
         f"{every['false_accepts'][0]} of {every['false_accepts'][1]}",

@@ -83,7 +83,7 @@ def test_the_table_has_a_line_for_each_result(folder) -> None:
     (line,) = [line for line in table.splitlines() if "ORB" in line]
     (record,) = read_results(folder / "board").values()
     every = record["strata"][-1]["false_accepts"]
-    assert line.startswith("| ORB 0.2 | ")
+    assert line.startswith("| ORB | 0.2 |  | ")
     assert f"| {every[0]} of {every[1]} |" in line
     assert line.endswith("| reproduced by a test, 2026-11-27 |")
     assert f"digest `{record['data']['digest'][:16]}`" in table
