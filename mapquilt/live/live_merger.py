@@ -303,5 +303,7 @@ def _moved(before: LiveState, state: LiveState) -> tuple[str, ...]:
         if now.state is State.SUSPECT and old.state is not State.SUSPECT:
             events.append(f"{name}: doubtful: {now.reason}")
         if now.is_joined != old.is_joined:
-            events.append(f"{name}: joined" if now.is_joined else f"{name}: left: {now.reason}")
+            robot, last = state.robots[name], before.robots.get(name)
+            reason = robot.notes[0] if last is not None and robot.life != last.life else now.reason
+            events.append(f"{name}: joined" if now.is_joined else f"{name}: left: {reason}")
     return tuple(events)

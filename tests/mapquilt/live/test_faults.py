@@ -79,7 +79,7 @@ def test_a_robot_that_is_killed_falls_silent_and_joins_anew_when_it_is_back(netw
         assert live.says("robot_1: restarted: its map keeps"), live.output
         first.tell(f"send robot_0 {step + 6}")
         wait_until_merged(live, diagnostics, "robot_0", step + 6)
-    told = ("robot_1: left: ", "/robot_1/map: a publisher is back", "robot_1: heard again")
+    told = ("robot_1: left: restarted", "/robot_1/map: a publisher is back", "robot_1: heard again")
     assert live.says(*told), live.output
     assert wait_for(lambda: live.output.count("robot_1: joined") == 2), live.output
     assert live.end() == 0, live.output

@@ -146,6 +146,7 @@ def test_a_robot_that_restarts_leaves_and_joins_anew_in_its_new_frame():
     state = merger.update([sent(held, 9, turned)], 20.0)
     assert held not in state.poses
     assert any(event.startswith(f"{held}: restarted: its map keeps") for event in state.events)
+    assert any(event.startswith(f"{held}: left: restarted: its map keeps") for event in state.events)
     for name in before.keys() - {held}:  # the others are corrected by little, as at any update
         shift, turn = displacement(before[name], state.poses[name], state.robots[name].middle)
         assert shift < 0.01
