@@ -1,12 +1,14 @@
-"""Tables of the leaderboard, one of each data set."""
+"""Tables and pictures of the leaderboard, one of each data set."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from benchmarks.leaderboard.result_file import ROOT, SHARES, read_results
+from mapquilt.viz.palette import OUTCOME_COLOURS
 
 WORDS = ("method", "version", "reference", "run")
 HEADINGS = (
@@ -16,7 +18,7 @@ HEADINGS = (
 
 
 def leaderboard_tables(root: Path = ROOT) -> str:
-    """Draw the results of each data set as a Markdown table, most true accepts first."""
+    """Draw the results of each data set as a picture and a Markdown table, most true accepts first."""
     parts = []
     results = read_results(root)
     for folder in sorted({path.parent for path in results}):
@@ -28,12 +30,54 @@ def leaderboard_tables(root: Path = ROOT) -> str:
         parts += [
             f"## {folder.name}\n",
             f"{data['pairs']} pairs{part}; `{data['made_by']}`; digest `{data['digest'][:16]}`.\n",
+            f"<div>{leaderboard_picture(rows)}</div>\n",
             f"| {' | '.join(HEADINGS)} |",
             f"|{'|'.join('---' if heading in WORDS else '---:' for heading in HEADINGS)}|",
             *(f"| {' | '.join(_cells(record))} |" for record in rows),
             "",
         ]
     return "\n".join(parts)
+
+
+LABELS, BARS, STEP = 300, 600, 26
+"""Widths of names and bars, and height of a row [pixels]."""
+
+TRUE_COLOUR, FALSE_COLOUR = OUTCOME_COLOURS["true accept"], OUTCOME_COLOURS["false accept"]
+
+
+def leaderboard_picture(records: Sequence[Mapping[str, Any]]) -> str:
+    """Draw bars as SVG on one line: true accepts of the positives with their interval, false accepts of every pair."""
+    width, height = LABELS + BARS + 40, STEP * (len(records) + 2)
+    parts = [
+        f'<svg viewBox="0 0 {width} {height}" xmlns="http://www.w3.org/2000/svg" role="img" font-size="13" '
+        'fill="currentColor" aria-label="True and false accepts of each method">',
+        f'<text x="{LABELS}" y="17"><tspan fill="{TRUE_COLOUR}">■ true accepts of positives</tspan> '
+        f'<tspan fill="{FALSE_COLOUR}">■ false accepts of every pair</tspan></text>',
+    ]
+    for number, record in enumerate(records, start=1):
+        top = number * STEP
+        parts.append(f'<text x="{LABELS - 8}" y="{top + 15}" text-anchor="end">{escape(record["method"])}</text>')
+        for share, y, colour in (
+            (_row(record, "positives", "all")["true_accepts"], top + 3, TRUE_COLOUR),
+            (_row(record, "every pair", "all")["false_accepts"], top + 13, FALSE_COLOUR),
+        ):
+            parts += [] if not share else _bar(share, y, colour)
+    foot = (len(records) + 1) * STEP + 15
+    parts += [
+        f'<text x="{LABELS + BARS * percent // 100}" y="{foot}" text-anchor="middle">{percent} %</text>'
+        for percent in (0, 25, 50, 75, 100)
+    ]
+    return "".join((*parts, "</svg>"))
+
+
+def _bar(share: Sequence[float], y: int, colour: str) -> list[str]:
+    """Draw a share as a bar, with its interval as a line."""
+    count, total, *ends = share
+    parts = [f'<rect x="{LABELS}" y="{y}" width="{BARS * count / total:.1f}" height="8" fill="{colour}"/>']
+    if ends:
+        low, high = (LABELS + BARS * end for end in ends)
+        parts.append(f'<path d="M{low:.1f} {y + 4}H{high:.1f}" stroke="currentColor" stroke-width="1.2"/>')
+    return parts
 
 
 def _cells(record: Mapping[str, Any]) -> tuple[str, ...]:

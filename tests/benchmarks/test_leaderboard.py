@@ -6,12 +6,13 @@ import json
 import re
 import shutil
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
 from benchmarks.leaderboard.__main__ import main
 from benchmarks.leaderboard.result_file import ROOT, read_results
-from benchmarks.leaderboard.table import leaderboard_tables
+from benchmarks.leaderboard.table import BARS, leaderboard_picture, leaderboard_tables
 from mapquilt.benchmark.files import load_answers
 from tests.conftest import command
 from tests.mapquilt.dataset.conftest import SPEC
@@ -78,9 +79,19 @@ def test_the_check_sees_changed_answers(folder, board, capsys) -> None:
     assert "positives, all: true_accepts is [" in capsys.readouterr().out
 
 
+def test_the_picture_has_bars_of_the_shares(folder) -> None:
+    (record,) = read_results(folder / "board").values()
+    picture = ET.fromstring(leaderboard_picture([record | {"method": "<ORB & co>"}]))
+    widths = [float(bar.get("width")) for bar in picture.iter("{http://www.w3.org/2000/svg}rect")]
+    strata = {(row["group"], row["stratum"]): row for row in record["strata"]}
+    shares = strata["positives", "all"]["true_accepts"], strata["every pair", "all"]["false_accepts"]
+    assert widths == pytest.approx([BARS * share[0] / share[1] for share in shares], abs=0.1)
+    assert "<ORB & co>" in [text.text for text in picture.iter("{http://www.w3.org/2000/svg}text")]
+
+
 def test_the_table_has_a_line_for_each_result(folder) -> None:
     table = leaderboard_tables(folder / "board")
-    (line,) = [line for line in table.splitlines() if "ORB" in line]
+    (line,) = [line for line in table.splitlines() if line.startswith("| ORB")]
     (record,) = read_results(folder / "board").values()
     every = record["strata"][-1]["false_accepts"]
     assert line.startswith("| ORB | 0.2 |  | ")
