@@ -185,7 +185,7 @@ def _is_due(
     if not entry.answer.accepted and not entry.challenged and names[0] in placed and names[1] in placed:
         return False
     sure = entry.answer.accepted and entry.answer.confidence >= settings.placement.join_confidence
-    growth = settings.regrowth if sure else settings.growth
+    growth = settings.regrowth if sure and entry.proven >= settings.proven_confidence else settings.growth
     return any(each.known_cells >= (1.0 + growth) * cells for each, cells in zip(pair, entry.searched, strict=True))
 
 
