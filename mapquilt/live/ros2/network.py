@@ -67,7 +67,7 @@ class Publisher:
 class Network:
     """A participant of a DDS domain, which names topics and types as ROS 2 does.
 
-    ``CYCLONEDDS_URI`` is honoured; so are ``ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`` and ``ROS_LOCALHOST_ONLY=1``.
+    ``CYCLONEDDS_URI`` is honoured; else ``ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`` and ``ROS_LOCALHOST_ONLY=1`` are.
     Raises ``ValueError`` if the domain cannot be joined.
     """
 
@@ -145,12 +145,13 @@ def decoded(data: bytes, kind: str) -> Any:
 
 
 def configuration(environment: Mapping[str, str]) -> str:
-    """Return the configuration of Cyclone DDS; what ``CYCLONEDDS_URI`` sets comes last, and so counts."""
-    parts = [_COMPATIBLE]
+    """Return the configuration of Cyclone DDS. Where it finds others, ``CYCLONEDDS_URI`` says alone, if it is set."""
+    if environment.get("CYCLONEDDS_URI"):
+        return f"{_COMPATIBLE},{environment['CYCLONEDDS_URI']}"
     on_this_machine = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
     if on_this_machine or environment.get("ROS_LOCALHOST_ONLY") == "1":
-        parts.append(_LOCALHOST)
-    return ",".join((*parts, *filter(None, [environment.get("CYCLONEDDS_URI")])))
+        return f"{_COMPATIBLE},{_LOCALHOST}"
+    return _COMPATIBLE
 
 
 def _qos(quality: Quality, depth: int) -> Qos:

@@ -20,8 +20,8 @@ LOOPBACK = (
     "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>"
     '<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>'
 )
-DOMAIN = 100 + os.getpid() % 100
-"""So that the workers of one machine do not hear one another."""
+DOMAIN = 1 + os.getpid() % 100
+"""So that the workers of one machine do not hear one another; ports of domains above 101 may be taken on Linux."""
 
 
 class Process:

@@ -21,7 +21,7 @@ from mapquilt.convert.ros_messages import occupancy_grid
 from mapquilt.live.live_merger import LiveMerger
 from mapquilt.live.published import published
 from mapquilt.live.ros2.dds_types import STORE, idl_type
-from mapquilt.live.ros2.network import LATCHED, STREAM, Network, Quality
+from mapquilt.live.ros2.network import LATCHED, STREAM, Network, Quality, configuration
 from mapquilt.live.ros2.online import OnlineSettings, merge_online
 from mapquilt.live.topics import Names, TopicChoice
 from mapquilt.runs.robot import load_run_robots
@@ -127,6 +127,16 @@ def test_wrong_options_are_named(capsys, tmp_path):
     assert "--topic, --discover or --from: one is needed" in capsys.readouterr().err
     assert command("live", "--topic", "/a/map", "--out", tmp_path / "bag") == 2
     assert "goes with --from" in capsys.readouterr().err
+
+
+def test_a_configuration_of_dds_counts_more_than_the_variables_of_ros():
+    assert "127.0.0.1" not in configuration({})
+    assert "127.0.0.1" in configuration({"ROS_LOCALHOST_ONLY": "1"})
+    assert "127.0.0.1" in configuration({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"})
+    assert "127.0.0.1" not in configuration({"ROS_LOCALHOST_ONLY": "0", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"})
+    both = configuration({"CYCLONEDDS_URI": "file:///dds.xml", "ROS_LOCALHOST_ONLY": "1"})
+    assert both.endswith(",file:///dds.xml")
+    assert "127.0.0.1" not in both
 
 
 @pytest.mark.parametrize("text", ["-1", "233", "abc"])

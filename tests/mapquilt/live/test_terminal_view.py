@@ -80,7 +80,7 @@ def test_a_terminal_shows_the_view_and_the_table_at_the_end():
     pytest.importorskip("cyclonedds", reason="needs the extra [live]: pip install mapquilt[live]")
     terminal, end = pty.openpty()
     fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 80, 0, 0))
-    words = (sys.executable, "-m", "mapquilt", "live", "--topic", "/robot_0/map", "--duration", "2", "--domain", "99")
+    words = (sys.executable, "-m", "mapquilt", "live", "--topic", "/robot_0/map", "--duration", "2", "--domain", "101")
     environment = {**os.environ, "ROS_LOCALHOST_ONLY": "1", "TERM": "xterm"}
     process = subprocess.Popen(words, stdout=end, stderr=end, stdin=end, env=environment)
     os.close(end)
