@@ -12,7 +12,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.icp import icp_batch
 from merge.alignment.settings import AlignmentSettings, CoarseToFineSettings
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
-from merge.verification.wall_overlap import measure_wall_overlap, tolerance_cells
+from merge.verification.wall_overlap import measure_wall_overlap_by_tolerance, tolerance_cells
 
 
 def refine(
@@ -26,13 +26,10 @@ def refine(
     """Refine ``target_from_source`` (cells) by ICP with a gate that narrows.
 
     On distorted maps a narrow gate locks onto one part. So of the transforms at three gates the one with the best
-    score is returned, the last of equals; ``start`` itself if none is better.
+    mean score is returned, the last of equals; ``start`` itself if none is better.
     """
     answers = _at_three_gates(target, source, start, scale, schedule, settings)
-    scores = [
-        measure_wall_overlap(target, source, answer, schedule.max_points, settings.overlap).score
-        for answer in (start, *answers)
-    ]
+    scores = [_mean_score(target, source, answer, schedule.max_points, settings) for answer in (start, *answers)]
     best = max(scores) - schedule.min_gain
     if max(scores[1:], default=0.0) < scores[0] - schedule.min_gain:
         return start
@@ -47,14 +44,15 @@ def pattern_search(
     schedule: CoarseToFineSettings = CoarseToFineSettings(),
     settings: AlignmentSettings = AlignmentSettings(),
 ) -> Similarity2:
-    """Refine ``target_from_source`` (cells) by small steps in each parameter, as long as the score rises.
+    """Refine ``target_from_source`` (cells) by small steps in each parameter, as long as the mean score rises.
 
-    Distortion moves parts of a map by more than a narrow gate of ICP; the score, which counts all walls within the
-    tolerance, is then the better objective. Source: pattern search (Hooke and Jeeves 1961).
+    Distortion moves parts of a map by more than a narrow gate of ICP; the score, which counts all walls within a
+    tolerance, is then the better objective. The mean over the tolerances does not give up a sharp fit for a few more
+    walls that fit loosely. Source: pattern search (Hooke and Jeeves 1961).
     """
 
     def score_of(transform: Similarity2) -> float:
-        return measure_wall_overlap(target, source, transform, schedule.max_points // 2, settings.overlap).score
+        return _mean_score(target, source, transform, schedule.max_points // 2, settings)
 
     answer, best = start, score_of(start)
     step = tolerance_cells(target, source, start.scale, settings.overlap) / 2.0
@@ -68,6 +66,14 @@ def pattern_search(
                 answer, best, moved = candidate, score, True
         step = step if moved else step / 2.0
     return answer
+
+
+def _mean_score(
+    target: PreparedMap, source: PreparedMap, answer: Similarity2, max_points: int, settings: AlignmentSettings
+) -> float:
+    """Return the mean of the scores over all tolerances."""
+    overlaps = measure_wall_overlap_by_tolerance(target, source, answer, max_points, settings.overlap)
+    return sum(overlap.score for overlap in overlaps) / len(overlaps)
 
 
 def _changes(step: float, arm: float, fixed: bool) -> list[NDArray[np.float64]]:

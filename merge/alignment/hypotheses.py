@@ -35,6 +35,11 @@ class Hypothesis:
         """Overlap by the loosest tolerance."""
         return self.overlaps[0]
 
+    @property
+    def mean_score(self) -> float:
+        """Mean of the scores over all tolerances."""
+        return float(np.mean([overlap.score for overlap in self.overlaps]))
+
 
 @dataclass(frozen=True, eq=False)
 class BentHypothesis:
@@ -146,16 +151,9 @@ def refine_with_care(
     return distinct(target, source, refined, settings)
 
 
-def ranked(hypotheses: Sequence[Hypothesis], settings: AlignmentSettings = AlignmentSettings()) -> list[Hypothesis]:
-    """Sort hypotheses by their scores, by the tightest tolerance that the maps, not bent, meet."""
-    limits = settings.hypotheses
-    best = [max((h.overlaps[k].score for h in hypotheses), default=0.0) for k in _levels(settings)]
-    level = max(k for k in _levels(settings) if best[k] >= limits.min_rigid_tolerance_score * best[0])
-    return sorted(hypotheses, key=lambda hypothesis: -hypothesis.overlaps[level].score)
-
-
-def _levels(settings: AlignmentSettings) -> range:
-    return range(len(settings.overlap.tolerance_shares))
+def ranked(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Sort hypotheses by the mean of their scores over all tolerances, best first."""
+    return sorted(hypotheses, key=lambda hypothesis: -hypothesis.mean_score)
 
 
 def distinct(
@@ -165,7 +163,7 @@ def distinct(
     settings: AlignmentSettings = AlignmentSettings(),
 ) -> list[Hypothesis]:
     """Keep the best hypothesis of each place, best first; the others become its votes."""
-    return _deduplicate(target, source, ranked(hypotheses, settings), settings.hypotheses.distinct_share)
+    return _deduplicate(target, source, ranked(hypotheses), settings.hypotheses.distinct_share)
 
 
 def are_distinct(
@@ -188,14 +186,21 @@ def bend_hypothesis(
     scale: ScaleRange,
     settings: AlignmentSettings = AlignmentSettings(),
 ) -> BentHypothesis:
-    """Bend the source onto the target from a hypothesis, and fit its transform to the bent walls."""
+    """Bend the source onto the target from a hypothesis, and fit its transform to the bent walls.
+
+    It is left as it is if that scores no less: crisp maps with little in common fit best without any bend.
+    """
     start, points = hypothesis.target_from_source, settings.hypotheses.final_points
     bend = bend_onto(target, source, start, settings.elastic)
     answer = fit_bent(target, source, start, bend, scale, settings.elastic)
-    bend = bend.relative_to(start.inverse() @ answer)
-    rigid = _measure(target, source, answer, points, settings)
+    rest, bend = bend.displaced(np.zeros_like(bend.nodes)), bend.relative_to(start.inverse() @ answer)
+    before, rigid = (_measure(target, source, place, points, settings) for place in (start, answer))
     bent = measure_wall_overlap_by_tolerance(target, source, answer, points, settings.overlap, bend)
-    return BentHypothesis(answer, bend, rigid, bent, hypothesis.proposal)
+    candidates = (
+        BentHypothesis(start, rest, before, before, hypothesis.proposal),
+        BentHypothesis(answer, bend, rigid, bent, hypothesis.proposal),
+    )
+    return max(candidates, key=lambda candidate: candidate.score(settings.elastic))
 
 
 def _refine_best(

@@ -115,8 +115,6 @@ class HypothesisSettings:
     - ``finalists``: hypotheses that are then refined with care; ``second_best_finalists``: those that compete;
     - ``crisp_ratio``: if this share of the compared walls matches, neither pattern search nor patches can improve;
     - ``hopeless_gap``: a hypothesis that scores so much less than the best is no competitor, and is not searched on;
-    - ``min_rigid_tolerance_score``: hypotheses are ranked by the tightest tolerance by which one of them scores this
-      share of the best score by the loosest;
     - ``bent``: hypotheses, the best ones, that are bent and compared by how well their walls then fit;
     - ``min_tolerance_score``: a bent hypothesis meets a tolerance if it scores by it this share of its score by the
       loosest one.
@@ -136,12 +134,11 @@ class HypothesisSettings:
     second_best_finalists: int = 3
     crisp_ratio: float = 0.98
     hopeless_gap: float = 0.35
-    min_rigid_tolerance_score: float = 0.85
     bent: int = 4
     min_tolerance_score: float = 0.7
 
     def __post_init__(self) -> None:
-        require_valid(self, shares=("crisp_ratio", "min_rigid_tolerance_score", "min_tolerance_score"))
+        require_valid(self, shares=("crisp_ratio", "min_tolerance_score"))
 
 
 @dataclass(frozen=True)
