@@ -181,7 +181,7 @@ def explore_joins(team: LiveTeam, until: float = math.inf) -> tuple[float | None
 
 def table(rows: Sequence[Mapping[str, Any]]) -> Table:
     """Return the shares with Wilson's intervals, and the times."""
-    shown = plain_table(("measured", False), ("missions", True), ("share", True), ("95 %", True), ("asked", True))
+    shown = plain_table(("measured", False), ("count", True), ("share", True), ("95 %", True), ("asked", True))
 
     def share(title: str, flags: Sequence[bool], asked: str = "") -> None:
         if flags:
@@ -191,19 +191,19 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Table:
                 title, f"{found.count} of {found.of}", f"{100.0 * found.value:.1f} %", f"{low:.1f} to {high:.1f}", asked
             )
 
-    share("merged frame moved after the first join", [bool(row["jumps"]) for row in rows], "0")
-    share("a map was taken back and joined elsewhere", [bool(row["returns"]) for row in rows])
-    share("the merged frame was fixed anew", [len(row["frames"]) > 1 for row in rows])
+    share("merged frame moved after a join", [bool(row["jumps"]) for row in rows], "0")
+    share("taken back, then joined elsewhere", [bool(row["returns"]) for row in rows])
+    share("merged frame fixed anew", [len(row["frames"]) > 1 for row in rows])
     share("a wrong join", [bool(row["wrong"]) for row in rows])
-    share("a join in a wrong place", [any(each["elsewhere"] for each in row["wrong"]) for row in rows])
-    share("a wrong join stands at the end", [_stands(row, elsewhere=False) for row in rows], "0")
-    share("one in a wrong place stands at the end", [_stands(row, elsewhere=True) for row in rows], "0")
+    share("one in a wrong place", [any(each["elsewhere"] for each in row["wrong"]) for row in rows])
+    share("a wrong join at the end", [_stands(row, elsewhere=False) for row in rows], "0")
+    share("one in a wrong place at the end", [_stands(row, elsewhere=True) for row in rows], "0")
     possible = [row for row in rows if row["joinable"] > 1]
-    share("first right join, live", [row["first_right"] is not None for row in possible])
-    share("first right join, m-explore", [row["explore_right"] is not None for row in possible])
-    share("m-explore joins wrongly before", [row["explore_wrong"] is not None for row in rows])
+    share("a right join, live", [row["first_right"] is not None for row in possible])
+    share("a right join, m-explore", [row["explore_right"] is not None for row in possible])
+    share("a wrong one before, m-explore", [row["explore_wrong"] is not None for row in rows])
     maps = [index < row["joined"] for row in rows for index in range(max(row["joinable"], row["joined"]))]
-    share("maps joined at the end, of joinable ones", maps)
+    share("joinable maps, joined at the end", maps)
     stood = sorted(each["until"] - each["since"] for row in rows for each in row["wrong"] if each["until"] is not None)
     lines = [f"{len(rows)} missions, {sum(row['robots'] for row in rows)} robots"]
     if stood:
