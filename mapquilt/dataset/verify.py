@@ -22,8 +22,7 @@ from mapquilt.dataset.manifest import (
 from mapquilt.dataset.seal import SEAL_FILE, file_problem, read_seal
 from mapquilt.dataset.spec import load_spec
 from mapquilt.json_file import check_record, read_record
-from mapquilt.merging.merge_folder import is_answer
-from mapquilt.runs.folder import TRUTH_FILE
+from mapquilt.runs.folder import TRUTH_FILE, is_answer
 from sim.mission.file import WORLD_FILE
 from worlds.world_file import world_from_json
 

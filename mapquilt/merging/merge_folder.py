@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
@@ -10,7 +9,7 @@ from types import MappingProxyType
 
 from mapping.io.map_file import map_files
 from mapping.io.safe_load import printable
-from mapping.io.transaction import LEDGER_FILE, change_files, written_files
+from mapping.io.transaction import change_files, written_files
 from mapping.map_set import Unit
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import record_bytes
@@ -24,8 +23,6 @@ from mapquilt.viz.png import figure_png
 from merge.merger import Progress, merge_maps
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
-
-_OF_A_GROUP = re.compile(rf"(?:{run_folder.MERGED_NAME}|{run_folder.CONFLICTS_NAME})_\d+\.(?:yaml|pgm)")
 
 _NOT_ALWAYS = (
     run_folder.REFUSED_PICTURE,
@@ -44,16 +41,13 @@ def refuse_merge(folder: Path, sources: Sequence[Path]) -> None:
     files that mapquilt did not write."""
     if run_folder.is_run(folder):
         raise ValueError(f"{folder}: is a run, whose maps `mapquilt merge {folder}` merges; choose another folder")
-    written = [path for path in folder.glob("*") if path.suffix in (".yaml", ".pgm") and is_answer(path.name)]
+    written = [
+        path for path in folder.glob("*") if path.suffix in (".yaml", ".pgm") and run_folder.is_answer(path.name)
+    ]
     copies = folder / INPUTS
     kept = [] if copies.is_symlink() else [path for path in copies.rglob("*") if path.is_file()]
     spare_maps(folder, sources, [*written, *kept])
     run_folder.refuse_foreign(folder, run_folder.MERGE_FILE)
-
-
-def is_answer(name: str) -> bool:
-    """Check if ``merge`` or ``score`` adds a file of that name to a folder."""
-    return name in (*run_folder.ANSWER_FILES, LEDGER_FILE) or _OF_A_GROUP.fullmatch(name) is not None
 
 
 def merge_files(
@@ -126,7 +120,7 @@ def _left(folder: Path, kept: Iterable[str]) -> list[str]:
     return [
         name
         for name in written_files(folder)
-        if _OF_A_GROUP.fullmatch(name)
+        if run_folder.OF_A_GROUP.fullmatch(name)
         or name in _NOT_ALWAYS
         or (name.startswith(f"{INPUTS}/") and places.isdisjoint(PurePosixPath(name).parents))
     ]

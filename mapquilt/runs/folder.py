@@ -28,7 +28,7 @@ from mapping.io.map_file import load_map
 from mapping.io.robot_log_file import load_robot_log
 from mapping.io.safe_load import reading
 from mapping.io.safe_path import safe_path
-from mapping.io.transaction import atomic_folder, change_files, finish_transaction
+from mapping.io.transaction import LEDGER_FILE, atomic_folder, change_files, finish_transaction
 from mapping.map_set import MapSet
 from mapping.robot.robot_log import RobotLog
 from mapquilt.json_file import read_record, record_bytes
@@ -77,6 +77,9 @@ ANSWER_FILES = (
     TIMINGS_FILE,
 )
 """Files that ``merge``, ``align`` and ``score`` add to a run."""
+
+OF_A_GROUP = re.compile(rf"(?:{MERGED_NAME}|{CONFLICTS_NAME})_\d+\.(?:yaml|pgm)")
+"""Maps of the further groups of a merge."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Valid names of maps, which become names of folders and of ROS topics."""
@@ -145,6 +148,11 @@ def new_run(folder: Path) -> Iterator[Path]:
     refuse_foreign(folder)
     with atomic_folder(folder, ledger=True, stale=ANSWER_FILES) as aside:
         yield aside
+
+
+def is_answer(name: str) -> bool:
+    """Check if ``merge`` or ``score`` adds a file of that name to a folder."""
+    return name in (*ANSWER_FILES, LEDGER_FILE) or OF_A_GROUP.fullmatch(name) is not None
 
 
 def require_run(folder: Path) -> Path:
