@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -14,6 +15,7 @@ from mapping.io.map_file import UnknownGrey, save_map
 from mapping.settings import MappingSettings
 from mapping.wording import counted
 from mapquilt.logs.log_files import is_log, log_name, unique_names
+from mapquilt.merging.load_maps import load_map_files
 from mapquilt.merging.merge_inputs import MergeInputs, file_inputs
 from merge.settings import MergeSettings
 
@@ -40,8 +42,11 @@ def path_inputs(
     if len(paths) == 1:
         raise ValueError(f"{paths[0]}: gives one map; cut it with `mapquilt map --parts`, or name a second log or map")
     for first, second in itertools.combinations(logs, 2):
-        if first == second or (first.exists() and second.exists() and first.samefile(second)):
+        if first == second or (first.exists() and second.exists() and _is_same(first, second)):
             raise ValueError(f"{first} and {second} are one log; a map is not merged with itself")
+    maps = [path for path in paths if path not in logs]
+    if maps:
+        load_map_files(maps, unknown)  # before the logs are mapped, which takes longer
     names = unique_names([log_name(path) if is_log(path) else path.stem for path in paths])
     named = {path: name for path, name in zip(paths, names, strict=True) if is_log(path)}
     together = settings.elastic and len(named) > 1
@@ -52,6 +57,13 @@ def path_inputs(
         files = [Path(folder) / f"{named[path]}.yaml" if path in named else path for path in paths]
         inputs = file_inputs(files, unknown)
     return replace(inputs, warnings=(*warnings, *inputs.warnings), notes=notes)
+
+
+def _is_same(first: Path, second: Path) -> bool:
+    """Return True if two paths are one log, or files of the same bytes."""
+    return first.samefile(second) or (
+        first.is_file() and second.is_file() and filecmp.cmp(first, second, shallow=False)
+    )
 
 
 Drawn = tuple[dict[Path, OccupancyGrid], tuple[str, ...], tuple[str, ...]]
@@ -83,7 +95,7 @@ def _drawn_together(
     notes = [
         f"{first} and {second}: poses optimised together, by {counted(number, 'loop')} between them"
         for (first, second), number in joint.loops.items()
-    ]
+    ] or ["no poses were optimised together: no two maps of the logs join"]
     return {path: joint.grids[name] for path, name in named.items()}, tuple(notes), tuple(warnings)
 
 

@@ -36,6 +36,7 @@ TEXTS = {
     "merge.scale": "free",
     "merge.fusion": "max",
     "merge.reference": "robot_1",
+    "merge.proposers.rectangles.median_cells": "7",
 }
 
 

@@ -34,7 +34,7 @@ from mapquilt.dataset.manifest import is_dataset
 from mapquilt.jobs.progress import count_progress, pair_progress
 from mapquilt.jobs.runner import Runner, Workers, remote_runner
 from mapquilt.leaves import with_assignments
-from mapquilt.logs.log_files import is_bag
+from mapquilt.logs.log_files import is_bag, is_log
 from mapquilt.merging.debug import METHOD, refuse_debug, show_steps
 from mapquilt.merging.merge_again import answers_before, settings_before, unmerged
 from mapquilt.merging.merge_file import MergeTree, merge_record
@@ -207,6 +207,9 @@ def _extension(
     force: bool,
 ) -> _Job:
     """Add maps to an older merge, with its settings and seed where the call names no others."""
+    for added in add:
+        if is_log(added):
+            raise ValueError(f"--add {added}: is a log, must be a map; draw it first: mapquilt map LOG --out DIR")
     folder = _folder_to_extend(maps, add[0], out)
     before, inputs = read_merge(folder), added_inputs(folder, add, grey)
     settings = chosen.over(settings_before(before, inputs.maps.resolutions_trusted))

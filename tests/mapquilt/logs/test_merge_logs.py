@@ -52,6 +52,12 @@ def test_one_log_alone_or_twice_is_refused(logs: tuple[Path, Path], capsys: pyte
     assert "first.log: gives one map; cut it with `mapquilt map --parts`" in capsys.readouterr().err
     assert command("merge", logs[0], logs[0]) == 2
     assert "are one log; a map is not merged with itself" in capsys.readouterr().err
+    copy = logs[0].with_name("copy.log")
+    copy.write_bytes(logs[0].read_bytes())
+    assert command("merge", logs[0], copy) == 2
+    assert "are one log; a map is not merged with itself" in capsys.readouterr().err
+    assert command("merge", logs[0].parent, "--add", logs[0]) == 2
+    assert "first.log: is a log, must be a map; draw it first: mapquilt map LOG --out DIR" in capsys.readouterr().err
     assert command("merge", logs[0], logs[0].with_name("none.bag")) == 2
     assert "none.bag: no such file" in capsys.readouterr().err
 
