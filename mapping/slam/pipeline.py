@@ -49,7 +49,8 @@ def slam_together(
     """Estimate the trajectories of several robots in one pose graph; equal inputs give equal results to the bit.
 
     Each log comes with the rough pose of its start in the frame of the first one's. Loops link the robots where they
-    saw the same place. ``on_scan`` gets the number of scans tracked so far, of all logs.
+    saw the same place (multi-session SLAM, as in McDonald et al. 2013). ``on_scan`` gets the number of scans tracked so
+    far, of all logs.
     """
     clock = _Clock()
     tracker = Tracker([log for log, _ in robots], settings)

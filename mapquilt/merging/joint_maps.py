@@ -72,7 +72,7 @@ def draw_jointly(
 def _optimised(
     robots: Sequence[tuple[NamedLog, Similarity2]], mapping: MappingSettings
 ) -> Iterator[tuple[list[NamedLog], JointSlamResult]]:
-    """Yield the robots that loops link, and their poses; those whose start the merge got wrong find no loop."""
+    """Yield the robots that loops link, and their poses; leave out those that no loop links to any other."""
     if len(robots) < 2:
         return
     to_first, logs = robots[0][1].inverse(), [log for log, _ in robots]

@@ -95,7 +95,7 @@ def _drawn_together(
     notes = [
         f"{first} and {second}: poses optimised together, by {counted(number, 'loop')} between them"
         for (first, second), number in joint.loops.items()
-    ] or ["no poses were optimised together: no two maps of the logs join"]
+    ] or ["no poses were optimised together: no loop links two of the logs"]
     return {path: joint.grids[name] for path, name in named.items()}, tuple(notes), tuple(warnings)
 
 

@@ -12,7 +12,7 @@ from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.icp import icp_batch
 from merge.alignment.settings import AlignmentSettings, CoarseToFineSettings
 from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
-from merge.verification.wall_overlap import measure_wall_overlap_by_tolerance, tolerance_cells
+from merge.verification.wall_overlap import mean_score, measure_wall_overlap_by_tolerance, tolerance_cells
 
 
 def refine(
@@ -71,9 +71,7 @@ def pattern_search(
 def _mean_score(
     target: PreparedMap, source: PreparedMap, answer: Similarity2, max_points: int, settings: AlignmentSettings
 ) -> float:
-    """Return the mean of the scores over all tolerances."""
-    overlaps = measure_wall_overlap_by_tolerance(target, source, answer, max_points, settings.overlap)
-    return sum(overlap.score for overlap in overlaps) / len(overlaps)
+    return mean_score(measure_wall_overlap_by_tolerance(target, source, answer, max_points, settings.overlap))
 
 
 def _changes(step: float, arm: float, fixed: bool) -> list[NDArray[np.float64]]:

@@ -19,7 +19,7 @@ from merge.preparation.prepared_map import PreparedMap, smaller_diagonal
 from merge.progress import track
 from merge.records.bend import Bend
 from merge.records.proposal import Proposal
-from merge.verification.wall_overlap import WallOverlap, measure_wall_overlap_by_tolerance
+from merge.verification.wall_overlap import WallOverlap, mean_score, measure_wall_overlap_by_tolerance
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Hypothesis:
     @property
     def mean_score(self) -> float:
         """Mean of the scores over all tolerances."""
-        return float(np.mean([overlap.score for overlap in self.overlaps]))
+        return mean_score(self.overlaps)
 
 
 @dataclass(frozen=True, eq=False)

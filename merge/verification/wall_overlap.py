@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,6 +102,11 @@ def measure_wall_overlap_by_tolerance(
     """Measure the same by every tolerance, loosest first; with a ``bend``, after the source was bent."""
     levels = len(settings.tolerance_shares)
     return _measure(target, source, target_from_source, max_points, settings, levels, bend)
+
+
+def mean_score(overlaps: Sequence[WallOverlap]) -> float:
+    """Return the mean of the alignment scores by all tolerances, 0 to 1."""
+    return sum(overlap.score for overlap in overlaps) / len(overlaps)
 
 
 def classify_walls(

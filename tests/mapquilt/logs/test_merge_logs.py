@@ -19,7 +19,7 @@ from mapquilt.merging.joint_maps import _linked, draw_jointly
 from merge.settings import MergeSettings
 from merge.verification.settings import AcceptanceSettings
 from tests.conftest import command
-from tests.mapping.slam.rooms import along, log_of, office
+from tests.mapping.slam.rooms import along, log_of, office, ring_corridor
 from tests.mapquilt.logs.rooms import room_log
 
 
@@ -93,6 +93,19 @@ def test_robots_whose_maps_do_not_join_keep_their_maps(office_logs: tuple[Path, 
     logs = [NamedLog(path.parent.name, RecordedLog(load_robot_log(path).part(0, 30)), path) for path in office_logs]
     refusing = MergeSettings(acceptance=AcceptanceSettings(min_confidence=1.0))
     joint = draw_jointly(logs, MappingSettings(), refusing)
+    assert joint.loops == {}
+    for log in logs:
+        alone = draw_log(log, MappingSettings()).grid
+        assert joint.grids[log.name].log_odds.tobytes() == alone.log_odds.tobytes()
+
+
+def test_robots_that_no_loop_links_keep_their_maps() -> None:
+    """A room and a corridor, stitched as if both robots had started at one place."""
+    logs = []
+    for number, (walls, way) in enumerate(((office(), [(0, 0), (4, 1.5)]), (ring_corridor(), [(15, 14), (15, 4)]))):
+        log, _ = log_of(walls, along(np.array(way, float), speed=0.1), noise=0.02, seed=number, beams=180)
+        logs.append(NamedLog(f"robot_{number}", RecordedLog(log), Path(f"robot_{number}")))
+    joint = draw_jointly(logs, MappingSettings(), MergeSettings(trust_priors=True))
     assert joint.loops == {}
     for log in logs:
         alone = draw_log(log, MappingSettings()).grid
