@@ -16,7 +16,6 @@ from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import GuidedTask, match, match_near
 from merge.pair.task import PairTask
 from merge.records.result import PairResult
-from merge.records.verdict import Reason
 
 Names = tuple[str, str]
 """Names of two robots, the one that was heard first as the target."""
@@ -29,9 +28,8 @@ class KnownPair:
     ``versions`` are those of the maps that gave it; ``searched`` the known cells of both at the last match from
     scratch, None if a new one is due. A match near a guess is blind to better places elsewhere, so its answer is never
     surer than the ``ceiling``: the confidence of that last match, or of what placed the two maps. ``turn`` is the
-    number of the update. ``proven`` is the highest confidence that a match from scratch has given to this place. A pair
-    is ``challenged`` if it was accepted, and more cells then make a match from scratch refuse the same place: only
-    another such match accepts it again.
+    number of the update. A pair is ``challenged`` if it was accepted, and more cells then make a match from scratch
+    refuse the same place: only another such match accepts it again.
     """
 
     answer: PairResult
@@ -39,7 +37,6 @@ class KnownPair:
     searched: tuple[int, int] | None
     ceiling: float
     turn: int
-    proven: float = 0.0
     challenged: bool = False
 
 
@@ -78,7 +75,7 @@ def match_changed(
         answer = match_near(GuidedTask(_task(pairs[names], settings), pose), cache)
         answer = dataclasses.replace(answer, confidence=min(answer.confidence, ceiling))
         searched = None if before.answer.accepted and not answer.accepted else before.searched
-        found[names] = KnownPair(answer, _versions(pairs[names]), searched, ceiling, turn, before.proven)
+        found[names] = KnownPair(answer, _versions(pairs[names]), searched, ceiling, turn)
     scratch = [names for names in pairs if _is_due(found.get(names), pairs[names], names, placed, settings)]
     for names in sorted(scratch, key=waited)[: settings.full_matches]:
         entry = _from_scratch(pairs[names], cache, turn, settings)
@@ -100,24 +97,19 @@ def match_new(
 def _from_scratch(pair: tuple[Robot, Robot], cache: FeatureCache, turn: int, settings: LiveSettings) -> KnownPair:
     answer = match(_task(pair, settings), cache)
     cells = pair[0].known_cells, pair[1].known_cells
-    return KnownPair(answer, _versions(pair), cells, answer.confidence, turn, answer.confidence)
+    return KnownPair(answer, _versions(pair), cells, answer.confidence, turn)
 
 
 def _after_scratch(last: KnownPair, entry: KnownPair, source: Robot, settings: LiveSettings) -> KnownPair:
     """Weigh the answer of a match from scratch, ``entry``, against the last answer."""
     before, scratch = last.answer, entry.answer
     if scratch.accepted:
-        same = before.accepted and _are_near(before.target_from_source, scratch.target_from_source, source, settings)
-        return dataclasses.replace(entry, proven=max(last.proven, scratch.confidence) if same else scratch.confidence)
+        return entry
     if not before.accepted:
-        return dataclasses.replace(entry, proven=last.proven, challenged=last.challenged)
+        return dataclasses.replace(entry, challenged=last.challenged)
     if _is_missed(before, scratch, source, settings):
-        return dataclasses.replace(entry, answer=before, proven=last.proven)
-    if last.proven >= settings.proven_confidence and _is_undecided(before, scratch, source, settings):
-        unsure = min(before.confidence, settings.merge.acceptance.min_confidence)
-        kept = dataclasses.replace(before, confidence=unsure)
-        return dataclasses.replace(entry, answer=kept, ceiling=unsure, proven=last.proven)
-    return dataclasses.replace(entry, proven=last.proven, challenged=True)
+        return dataclasses.replace(entry, answer=before)
+    return dataclasses.replace(entry, challenged=True)
 
 
 def _is_missed(before: PairResult, scratch: PairResult, source: Robot, settings: LiveSettings) -> bool:
@@ -128,16 +120,6 @@ def _is_missed(before: PairResult, scratch: PairResult, source: Robot, settings:
         return False
     elsewhere = not _are_near(before.target_from_source, scratch.target_from_source, source, settings)
     return elsewhere and scratch.evidence.score < before.evidence.score
-
-
-def _is_undecided(before: PairResult, scratch: PairResult, source: Robot, settings: LiveSettings) -> bool:
-    """Check if a match from scratch was refused only because another place fits about as well as the accepted one."""
-    if scratch.reason not in (Reason.AMBIGUOUS, Reason.SYMMETRIC) or scratch.evidence is None:
-        return False
-    least = settings.undecided_share * scratch.evidence.score
-    places = [scratch.target_from_source]
-    places += [each.target_from_source for each in scratch.alternatives if each.score >= least]
-    return any(_are_near(before.target_from_source, place, source, settings) for place in places)
 
 
 def _are_near(first: Similarity2 | None, second: Similarity2 | None, source: Robot, settings: LiveSettings) -> bool:
@@ -184,9 +166,9 @@ def _is_due(
         return True
     if not entry.answer.accepted and not entry.challenged and names[0] in placed and names[1] in placed:
         return False
-    sure = entry.answer.accepted and entry.answer.confidence >= settings.placement.join_confidence
-    growth = settings.regrowth if sure and entry.proven >= settings.proven_confidence else settings.growth
-    return any(each.known_cells >= (1.0 + growth) * cells for each, cells in zip(pair, entry.searched, strict=True))
+    return any(
+        each.known_cells >= (1.0 + settings.growth) * cells for each, cells in zip(pair, entry.searched, strict=True)
+    )
 
 
 def without(known: Known, robot: str) -> dict[Names, KnownPair]:

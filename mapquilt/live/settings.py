@@ -51,13 +51,9 @@ class LiveSettings:
       cells will;
     - ``kept_share``: a map that keeps less of the cells that the robot's last one knew has a new frame: it restarted;
     - ``compared_cells``: so many cells are looked up for that;
-    - ``growth``: a pair is matched again from scratch once a map of it knows this share of cells more, ``regrowth`` a
-      proven one, in case its maps fit better elsewhere by then;
+    - ``growth``: a pair is matched again from scratch once a map of it knows this share of cells more, in case its maps
+      fit better elsewhere by then;
     - ``same_place`` [m], ``same_yaw`` [rad]: matches of a pair nearer than this are at the same place;
-    - ``proven_confidence``: a place that a match from scratch was once so sure of is proven: it is not given up because
-      another fits as well, from ``undecided_share`` of its score on, but only for one that fits better. In 90
-      simulated missions, right joins that ambiguity would have ended had 0.99, wrong ones less than 0.98, except in a
-      symmetric building;
     - ``full_matches``: pairs matched from scratch in one update, which bounds its time;
     - ``guided_matches``: pairs matched again near their last answer in one update.
     """
@@ -72,16 +68,13 @@ class LiveSettings:
     kept_share: float = 0.5
     compared_cells: int = 4000
     growth: float = 0.2
-    regrowth: float = 1.0
     same_place: float = 1.0
     same_yaw: float = math.radians(5.0)
-    proven_confidence: float = 0.98
-    undecided_share: float = 0.9
     full_matches: int = 1
     guided_matches: int = 12
 
     def __post_init__(self) -> None:
-        require_valid(self, shares=("kept_share", "proven_confidence", "undecided_share"), not_negative=("seed",))
+        require_valid(self, shares=("kept_share",), not_negative=("seed",))
         if not self.free < self.occupied <= 100:
             raise ValueError(
                 f"LiveSettings: free is {self.free} and occupied {self.occupied}, must be in order and at most 100"
