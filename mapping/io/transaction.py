@@ -76,6 +76,46 @@ def change_files(folder: Path, files: Mapping[Path, bytes], stale: Iterable[str]
 
 
 @contextmanager
+def added_files(folder: Path) -> Iterator[Path]:
+    """Make a temporary folder to fill, whose files are added to ``folder``, and to its list, in one transaction at the
+    end of the block.
+
+    Files of the same name are replaced. If the block raises or the process is killed, ``folder`` is unchanged. Raises
+    as ``atomic_folder``.
+    """
+    base = Path(os.path.realpath(folder))
+    finish_transaction(base)
+    remove_temporaries(base, "mapquilt")
+    with temporary_folder(base / "mapquilt") as temporary:
+        aside = temporary / _NEW_FILES
+        aside.mkdir()
+        with _named_as_in(base, aside):
+            yield aside
+            names = _file_names(aside)
+            write_bytes_atomically(aside / LEDGER_FILE, _ledger_bytes(written_files(base) | names))
+            _check_places(base, names)
+            _commit(base, temporary, names | {LEDGER_FILE}, ())
+
+
+@contextmanager
+def _named_as_in(final: Path, aside: Path) -> Iterator[None]:
+    """Name a temporary file in an error of the block as it would be in ``final``, and ``final`` if it names none, as
+    that of a full disk."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None and error.errno is not None:
+            error.filename = str(final)
+        elif error.filename is not None and Path(str(error.filename)).is_relative_to(aside):
+            error.filename = str(final / Path(error.filename).relative_to(aside))
+        raise
+
+
+def _file_names(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+@contextmanager
 def atomic_folder(final: Path, *, ledger: bool = False, stale: Collection[str] = ()) -> Iterator[Path]:
     """Make a temporary folder to fill, whose files are those of ``final`` at the end of the block.
 
@@ -99,17 +139,13 @@ def atomic_folder(final: Path, *, ledger: bool = False, stale: Collection[str] =
     with temporary_folder(final / "mapquilt" if final.exists() else final) as temporary:
         aside = temporary / _NEW_FILES
         aside.mkdir()
-        try:
+        with _named_as_in(final, aside):
             yield aside
             _place(aside, final, ledger, stale)
-        except OSError as error:
-            if error.filename is not None and Path(str(error.filename)).is_relative_to(aside):
-                error.filename = str(final / Path(error.filename).relative_to(aside))
-            raise
 
 
 def _place(aside: Path, final: Path, ledger: bool, stale: Collection[str]) -> None:
-    names = {path.relative_to(aside).as_posix() for path in aside.rglob("*") if path.is_file()}
+    names = _file_names(aside)
     if ledger:
         write_bytes_atomically(aside / LEDGER_FILE, _ledger_bytes(names))
         names |= {LEDGER_FILE}

@@ -5,17 +5,18 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from mapping.io.safe_load import MAX_BYTES, read_json, read_limited, reading
 from mapping.io.shape import require_shape
-from mapping.io.transaction import atomic_folder, change_files
+from mapping.io.transaction import added_files, atomic_folder
 from mapquilt.benchmark.results import BenchmarkResults
 from mapquilt.benchmark.table import markdown
 from mapquilt.evaluation.calibration import Calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
-from mapquilt.evaluation.pair_rows import csv_text, from_row, read_csv_row, to_row
+from mapquilt.evaluation.pair_rows import from_row, read_csv_row, to_row, write_csv
 from mapquilt.jobs.runner import Progress, no_progress
 from mapquilt.json_file import read_record, to_text, write_record
 from mapquilt.viz.pair_sheet import most_relevant_first, sheet_pages
@@ -41,27 +42,26 @@ def write_folder(
     method are drawn, errors first. Times are in timings.json and table.md alone.
     """
     with atomic_folder(out, ledger=True) as folder:
-        rows = (to_row(one, out.resolve().parent) for one in results.answers)
-        (folder / PAIRS_FILE).write_text(csv_text(rows), encoding="utf-8")
+        with (folder / PAIRS_FILE).open("w", encoding="utf-8", newline="") as file:
+            write_csv(file, (to_row(one, out.resolve().parent) for one in results.answers))
         write_record(folder / SUMMARY_FILE, "summary", summary_record(results, settings))
-        (folder / TIMINGS_FILE).write_text(to_text(timings_record(results)), encoding="utf-8")
+        with (folder / TIMINGS_FILE).open("w", encoding="utf-8") as file:
+            write_timings(file, results)
         (folder / TABLE_FILE).write_text(markdown(results), encoding="utf-8")
-    drawn: dict[Path, bytes] = {}
-    if results.calibrations:
-        drawn[out / RELIABILITY_PICTURE] = figure_png(reliability_figure(results.calibrations))
-    if pictures:
-        drawn |= _sheets(out / SHEETS_FOLDER, results, pictures, on_progress)
-    change_files(out, drawn, (), ledger=True)
+    with added_files(out) as folder:
+        if results.calibrations:
+            (folder / RELIABILITY_PICTURE).write_bytes(figure_png(reliability_figure(results.calibrations)))
+        if pictures:
+            (folder / SHEETS_FOLDER).mkdir()
+            _draw_sheets(folder / SHEETS_FOLDER, results, pictures, on_progress)
 
 
-def _sheets(folder: Path, results: BenchmarkResults, pictures: int, on_progress: Progress) -> dict[Path, bytes]:
-    pages = {}
+def _draw_sheets(folder: Path, results: BenchmarkResults, pictures: int, on_progress: Progress) -> None:
+    ranked = most_relevant_first(results.answers)
     for done, method in enumerate(results.methods, start=1):
-        shown = most_relevant_first(results.of_method(method))[:pictures]
-        for number, page in enumerate(sheet_pages(shown), start=1):
-            pages[folder / f"{method.replace(' ', '-')}-{number:02d}.png"] = page
+        for number, page in enumerate(sheet_pages(results.answers, ranked.get(method, ())[:pictures]), start=1):
+            (folder / f"{method.replace(' ', '-')}-{number:02d}.png").write_bytes(page)
         on_progress(done, len(results.methods))
-    return pages
 
 
 def summary_record(results: BenchmarkResults, settings: dict[str, Any]) -> dict[str, Any]:
@@ -70,7 +70,7 @@ def summary_record(results: BenchmarkResults, settings: dict[str, Any]) -> dict[
         "schema": SCHEMA,
         "methods": list(results.methods),
         **settings,
-        "sets": sorted({one.pair.suite for one in results.answers}),
+        "sets": list(results.sets),
         "strata": [
             {"group": row.group, "stratum": row.stratum, "method": row.method, **dataclasses.asdict(row.aggregate)}
             for row in results.strata
@@ -85,22 +85,22 @@ def calibration_record(found: Calibration) -> dict[str, Any]:
     return dataclasses.asdict(found) | {"bins": [dataclasses.asdict(one) for one in found.bins]}
 
 
-def timings_record(results: BenchmarkResults) -> dict[str, Any]:
-    """Build the content of timings.json: medians and ratios by stratum, and the seconds of every pair."""
-    return {
-        "unit": "s",
-        "threads": 1,
-        "strata": [
-            {"group": row.group, "stratum": row.stratum, "method": row.method, **dataclasses.asdict(row.timing)}
-            for row in results.strata
-            if row.timing is not None
-        ],
-        "pairs": [
-            {"set": one.pair.suite, "pair": one.pair.name, "method": one.method, "seconds": one.seconds}
-            for one in results.answers
-            if one.seconds is not None
-        ],
-    }
+def write_timings(file: TextIO, results: BenchmarkResults) -> None:
+    """Write timings.json: medians and ratios by stratum, then the seconds of every pair, a line each."""
+    strata = [
+        {"group": row.group, "stratum": row.stratum, "method": row.method, **dataclasses.asdict(row.timing)}
+        for row in results.strata
+        if row.timing is not None
+    ]
+    head = to_text({"unit": "s", "threads": 1, "strata": strata})
+    file.write(head.removesuffix("\n}\n") + ',\n  "pairs": [')
+    separator = "\n"
+    for one in results.answers:
+        if one.seconds is not None:
+            record = {"set": one.pair.suite, "pair": one.pair.name, "method": one.method, "seconds": one.seconds}
+            file.write(f"{separator}    {json.dumps(record, allow_nan=False, ensure_ascii=False)}")
+            separator = ",\n"
+    file.write("\n  ]\n}\n")
 
 
 def load_answers(folder: Path) -> tuple[dict[str, Any], list[EvaluatedPair]]:

@@ -33,20 +33,23 @@ def read_pair_list(path: Path) -> list[BenchmarkPair]:
 
     Raises ``ValueError`` or ``OSError`` naming the file and the pair.
     """
-    pairs = [_listed_pair(path, entry) for entry in read_record(path, "pairs")["pairs"]]
+    files: dict[str, Path] = {}
+    pairs = [_listed_pair(path, entry, files) for entry in read_record(path, "pairs")["pairs"]]
     names = [pair.info.name for pair in pairs]
     repeated = sorted(name for name, count in Counter(names).items() if count > 1)
     if repeated:
         raise ValueError(f"{path}: more than one pair is called {repeated[0]!r}, names must differ")
-    for pair in pairs:
+    missing = {file for file in files.values() if not file.is_file()}
+    for pair in pairs if missing else ():
         for file in (pair.target_file, pair.source_file):
-            if not file.is_file():
+            if file in missing:
                 raise ValueError(f"{path}: pair {pair.info.name}: {file}: no such file")
     return pairs
 
 
-def _listed_pair(path: Path, entry: dict[str, Any]) -> BenchmarkPair:
-    files = [path.parent / entry[name] for name in ("map_a", "map_b")]
+def _listed_pair(path: Path, entry: dict[str, Any], known: dict[str, Path]) -> BenchmarkPair:
+    """Build a pair; ``known`` holds the path of each map once for all pairs."""
+    files = [known.setdefault(entry[name], path.parent / entry[name]) for name in ("map_a", "map_b")]
     return BenchmarkPair(
         info=PairInfo(
             name=entry["name"],

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.pixel_matrix import similarity_from_pixels
@@ -15,11 +16,12 @@ from mapping.io.safe_load import reading
 from mapping.io.shape import require_shape
 from mapping.map_set import MapSet
 from mapquilt.benchmark.exchange.answers import GivenAnswer
+from mapquilt.benchmark.exchange.identity import pair_identities
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.results import UNIT
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, evaluate_pair
 from mapquilt.evaluation.pair_rows import from_row, to_row
-from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
+from mapquilt.jobs.journal import JOURNAL_FILE, Entries, Entry, Journal, counting, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.jobs.timing import one_thread, warm_up
 from merge.merger import match_maps
@@ -67,11 +69,12 @@ def run_benchmark(
     on_progress: Progress = no_progress,
     work: Path | None = None,
     given: Sequence[tuple[GivenAnswer, ...]] = (),
-) -> list[EvaluatedPair]:
+) -> Sequence[EvaluatedPair]:
     """Evaluate every pair, method after method and in the order of pairs, whatever the workers.
 
     ``given`` are answers of other programs to each pair, evaluated after those of the methods. With a folder ``work``
-    for unfinished work, an interrupted call continues where it stopped.
+    for unfinished work, an interrupted call continues where it stopped, and the answers stay in the folder, each read
+    on access.
 
     Raises ``ValueError`` or ``OSError`` naming the file of a map that cannot be used, or the folder if other work was
     begun there.
@@ -82,15 +85,34 @@ def run_benchmark(
         for number, (pair, answers) in enumerate(zip(pairs, others, strict=True))
     ]
     if work is None:
-        answers = runner.run(run_trial, tasks, on_progress)
-    else:
-        with job_folder(work, "benchmark of mapquilt", TASKS_FILE, _tasks_text(tasks)):
-            journal = Journal[TrialTask](work / JOURNAL_FILE, lambda task: str(task.number), _check_entry)
-            entries = journal.run(
-                runner, run_trial, tasks, _entry, on_entries=lambda done: on_progress(len(done), len(tasks))
-            )
-        answers = [_answers(entry) for entry in entries]
-    return [one for of_method in zip(*answers, strict=True) for one in of_method]
+        found = runner.run(run_trial, tasks, on_progress)
+        return [one for of_method in zip(*found, strict=True) for one in of_method]
+    with job_folder(work, "benchmark of mapquilt", TASKS_FILE, _tasks_text(tasks, methods, seed)):
+        journal = Journal[TrialTask](work / JOURNAL_FILE, lambda task: str(task.number), _check_entry)
+        return StoredAnswers(
+            journal.run(runner, run_trial, tasks, _entry, _is_whole, counting(on_progress, len(tasks)))
+        )
+
+
+class StoredAnswers(Sequence[EvaluatedPair]):
+    """Answers in a journal, method after method in the order of pairs. Each is read on access."""
+
+    def __init__(self, entries: Entries) -> None:
+        self._entries = entries
+        self._tasks = tuple(entries)
+        self._methods = len(entries[self._tasks[0]]["rows"]) if entries else 0
+
+    def __len__(self) -> int:
+        return self._methods * len(self._tasks)
+
+    def __getitem__(self, index: Any) -> Any:
+        method, pair = divmod(range(len(self))[index], len(self._tasks))
+        return _answer(self._entries[self._tasks[pair]], method)
+
+    def __iter__(self) -> Iterator[EvaluatedPair]:
+        for method in range(self._methods):
+            for entry in self._entries.values():
+                yield _answer(entry, method)
 
 
 def unfinished_folder(out: Path) -> Path:
@@ -98,19 +120,12 @@ def unfinished_folder(out: Path) -> Path:
     return out.with_name(f".{out.name}.unfinished")
 
 
-def _tasks_text(tasks: Sequence[TrialTask]) -> str:
-    """Describe all that the answers depend on: settings, seed, and the maps and truth of every pair."""
-    pairs = [
-        [
-            task.pair.info.title,
-            *(sha256(file.read_bytes()).hexdigest() for file in (task.pair.target_file, task.pair.source_file)),
-            repr(task.pair.truth),
-        ]
-        for task in tasks
-    ]
-    methods = [repr(settings) for settings in tasks[0].methods] if tasks else []
-    given = sorted({repr(answer) for task in tasks for answer in task.given})
-    content = {"methods": methods, "seeds": sorted({task.seed for task in tasks}), "given": given, "pairs": pairs}
+def _tasks_text(tasks: Sequence[TrialTask], methods: Sequence[MergeSettings], seed: int) -> str:
+    """Describe all that the answers depend on: settings, seed, and a hash of the maps and truth of every pair."""
+    digest = sha256()
+    for task, identity in zip(tasks, pair_identities(task.pair for task in tasks), strict=True):
+        digest.update(f"{identity} {task.pair.info.title} {task.pair.truth!r} {task.given!r}\n".encode())
+    content = {"methods": list(map(repr, methods)), "seed": seed, "pairs": len(tasks), "digest": digest.hexdigest()}
     return json.dumps(content, indent=1)
 
 
@@ -120,15 +135,21 @@ def _entry(task: TrialTask, result: tuple[EvaluatedPair, ...] | BaseException) -
     return {"rows": [to_row(one) for one in result], "seconds": [one.seconds for one in result]}
 
 
+def _is_whole(task: TrialTask, entry: Entry) -> bool:
+    return len(entry["rows"]) == len(task.methods) + len(task.given)
+
+
 def _check_entry(entry: Entry, place: str) -> None:
     require_shape(entry, {"rows": [dict], "seconds": [float | None]}, place)
     with reading(place):
-        _answers(entry)
+        if len(entry["rows"]) != len(entry["seconds"]):
+            raise ValueError(f"has {len(entry['rows'])} rows, but {len(entry['seconds'])} seconds")
+        for method in range(len(entry["rows"])):
+            _answer(entry, method)
 
 
-def _answers(entry: Entry) -> tuple[EvaluatedPair, ...]:
-    timed = zip(entry["rows"], entry["seconds"], strict=True)
-    return tuple(replace(from_row(row), seconds=seconds) for row, seconds in timed)
+def _answer(entry: Entry, method: int) -> EvaluatedPair:
+    return replace(from_row(entry["rows"][method]), seconds=entry["seconds"][method])
 
 
 def run_trial(task: TrialTask) -> tuple[EvaluatedPair, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,9 @@ from mapquilt.dataset.seal import file_problem
 from mapquilt.json_file import similarity_from_record
 from mapquilt.runs import folder as run_folder
 from mapquilt.runs.truth_file import RunTruth, load_truth
+
+CACHED_MAPS = 64
+"""Maps whose paths and hashes a data set keeps: those of the largest teams of robots."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +137,8 @@ class Dataset:
     def __init__(self, folder: Path, manifest: Manifest, split: str | None) -> None:
         self.folder = folder
         self._samples = [record for record in manifest.samples if split in (None, record["split"])]
+        # Pairs of one sample follow one another, and share the paths and hashes of its maps.
+        self._map_files = lru_cache(CACHED_MAPS)(self._read_map_files)
         self._by_name = {record["sample"]: record for record in manifest.samples}
         self._geometry: dict[str, str | None] = {one["mission"]: one.get("fingerprint") for one in manifest.missions}
         negatives = [record for record in manifest.negatives if split in (None, record["split"])]
@@ -159,7 +164,9 @@ class Dataset:
         sample, record = entry
         if sample is None:
             return self._two_worlds(record)
-        folder = self.folder / SAMPLES_FOLDER / sample["sample"]
+        (target_path, target_digests), (source_path, source_digests) = (
+            self._map_files(sample["sample"], record[end]) for end in ("target", "source")
+        )
         return DatasetPair(
             name=f"{sample['sample']}/{record['target']}/{record['source']}",
             mission=sample["mission"],
@@ -168,27 +175,30 @@ class Dataset:
             world=sample["world"],
             noise=sample["settings"]["noise"],
             poses=sample["settings"]["poses"],
-            target_path=folder / record["target"] / "map.yaml",
-            source_path=folder / record["source"] / "map.yaml",
+            target_path=target_path,
+            source_path=source_path,
             target_from_source=similarity_from_record(record["target_from_source"]),
             overlap=record["overlap"],
             identifiable=record["identifiable"],
             residual=record["residual_m"],
             target_scale=_true_scale(sample, record["target"]),
             resolutions_trusted=_trusted(sample),
-            digests=self._map_digests(sample, (record["target"], record["source"])),
+            digests=target_digests | source_digests,
         )
 
-    def _map_digests(self, sample: dict[str, Any], names: Iterable[str]) -> dict[Path, str]:
-        folder = self.folder / SAMPLES_FOLDER / sample["sample"]
-        places = tuple(f"{name}/map." for name in names)
-        return {folder / path: digest for path, digest in sample["files"].items() if path.startswith(places)}
+    def _read_map_files(self, sample: str, name: str) -> tuple[Path, dict[Path, str]]:
+        """Return the path of a map, and the hashes of its files."""
+        folder, files = self.folder / SAMPLES_FOLDER / sample, self._by_name[sample]["files"]
+        digests = {folder / path: digest for path, digest in files.items() if path.startswith(f"{name}/map.")}
+        return folder / name / "map.yaml", digests
 
     def _two_worlds(self, record: dict[str, Any]) -> DatasetPair:
         ends = [record["target"], record["source"]]
         samples = [self._by_name[end["sample"]] for end in ends]
         worlds = [self._geometry.get(sample["mission"]) for sample in samples]
-        paths = [self.folder / SAMPLES_FOLDER / end["sample"] / end["map"] / "map.yaml" for end in ends]
+        (target_path, target_digests), (source_path, source_digests) = (
+            self._map_files(end["sample"], end["map"]) for end in ends
+        )
         return DatasetPair(
             name="/".join(f"{end['sample']}/{end['map']}" for end in ends),
             mission="+".join(sample["mission"] for sample in samples),
@@ -197,19 +207,15 @@ class Dataset:
             world=_common(sample["world"] for sample in samples),
             noise=_common(sample["settings"]["noise"] for sample in samples),
             poses=_common(sample["settings"]["poses"] for sample in samples),
-            target_path=paths[0],
-            source_path=paths[1],
+            target_path=target_path,
+            source_path=source_path,
             target_from_source=None,
             overlap=0.0,
             identifiable=False,
             residual=None,
             target_scale=_true_scale(samples[0], ends[0]["map"]),
             resolutions_trusted=all(_trusted(sample) for sample in samples),
-            digests={
-                path: digest
-                for sample, end in zip(samples, ends, strict=True)
-                for path, digest in self._map_digests(sample, [end["map"]]).items()
-            },
+            digests=target_digests | source_digests,
         )
 
 

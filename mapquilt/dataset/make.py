@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -68,21 +68,24 @@ def make_dataset(carried: CarriedPlans, out: Path, runner: Runner, on_progress: 
             _check_files(out, (*manifest.missions, *manifest.samples))
             journal.remove()
             return Report(len(manifest.samples), plan.samples - len(manifest.samples), missed_overlaps(manifest))
+        made, failed = 0, 0
+
+        def count(entries: Mapping[str, Entry]) -> None:
+            nonlocal made, failed
+            for entry in entries.values():
+                made += sum(record["kind"] == "sample" for record in entry["records"])
+                failed += len(entry["failures"])
+            on_progress(made, failed)
+
         entries = journal.run(
             runner,
             make_group,
             plan.missions,
             lambda mission, result: _keep(out, mission, result),
             lambda mission, entry: is_whole(out, mission, entry),
-            lambda entries: on_progress(*_counts(entries)),
+            count,
         )
-        return _finish(carried, plan, out, journal, entries)
-
-
-def _counts(entries: Sequence[Entry]) -> tuple[int, int]:
-    """Count samples and failures."""
-    records = (record for entry in entries for record in entry["records"])
-    return sum(record["kind"] == "sample" for record in records), sum(len(entry["failures"]) for entry in entries)
+        return _finish(carried, plan, out, journal, tuple(entries.values()))
 
 
 def is_whole(out: Path, mission: MissionPlan, entry: Entry) -> bool:

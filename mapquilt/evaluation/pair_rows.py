@@ -10,7 +10,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.io.shape import Shape, require_shape
@@ -180,10 +180,15 @@ def _or_nan(name: str, value: Any) -> Any:
 def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> str:
     """Write rows as CSV; a cell without a value stays empty."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    write_csv(text, rows, columns)
+    return text.getvalue()
+
+
+def write_csv(file: TextIO, rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> None:
+    """Write rows as ``csv_text`` does, one at a time."""
+    writer = csv.DictWriter(file, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    return text.getvalue()
 
 
 def read_csv_row(row: Mapping[str, str]) -> dict[str, Any]:

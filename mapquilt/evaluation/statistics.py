@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 RESAMPLES = 1000
 LEVEL = 0.95
+MOST_DRAWN = 2**20
+"""Most indices that a bootstrap draws at a time, so that its memory does not grow with the number of values."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +71,25 @@ def mean_over_clusters(
     index = np.array([numbers[cluster] for cluster in clusters])
     sums = np.bincount(index, weights=np.array(values, dtype=np.float64), minlength=len(names))
     sizes = np.bincount(index, minlength=len(names))
-    drawn = rng.integers(0, len(names), (RESAMPLES, len(names)))
-    return _percentiles(sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1))
+    means = [sums[drawn].sum(axis=1) / sizes[drawn].sum(axis=1) for drawn in _resamples(len(names), rng)]
+    return _percentiles(np.concatenate(means))
+
+
+def _resamples(values: int, rng: np.random.Generator) -> Iterator[NDArray[np.int64]]:
+    """Draw the indices (K, values) of all resamples, a block of them at a time."""
+    block = max(1, MOST_DRAWN // values)
+    for start in range(0, RESAMPLES, block):
+        yield rng.integers(0, values, (min(block, RESAMPLES - start), values))
 
 
 def ratio_of_medians(
     above: NDArray[np.float64], below: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[float, Interval]:
     """Divide the medians of paired values (N,), with a bootstrap interval that draws pairs again."""
-    drawn = rng.integers(0, len(above), (RESAMPLES, len(above)))
-    ratios = np.median(above[drawn], axis=1) / np.median(below[drawn], axis=1)
-    return float(np.median(above) / np.median(below)), _percentiles(ratios)
+    ratios = [
+        np.median(above[drawn], axis=1) / np.median(below[drawn], axis=1) for drawn in _resamples(len(above), rng)
+    ]
+    return float(np.median(above) / np.median(below)), _percentiles(np.concatenate(ratios))
 
 
 def ratio_of_medians_over_clusters(

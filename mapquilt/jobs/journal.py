@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+import stat
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +17,14 @@ from filelock import FileLock, Timeout
 from mapping.io.atomic import naming, remove_temporaries, write_bytes_atomically
 from mapping.io.safe_load import MAX_BYTES, json_value, read_limited
 from mapping.io.transaction import change_files, finish_transaction
-from mapquilt.jobs.runner import Runner, UnfinishedError, WorkerDeathError
+from mapquilt.jobs.runner import Progress, Runner, UnfinishedError, WorkerDeathError
 
 LOCK_FILE = ".lock"
 JOURNAL_FILE = ".journal.jsonl"
+
+SYNC_INTERVAL = 1.0
+"""Longest time that an entry waits to be forced to the disk [s]: a force costs milliseconds, and thousands of tasks may
+end in a second. What the power failure of a machine loses is done again; a kill of the process loses nothing."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -112,8 +118,41 @@ def remove_job(folder: Path, settings_file: str) -> None:
         folder.rmdir()
 
 
+class Entries(Mapping[str, Entry]):
+    """Entries of a journal by task. Each is read from the file on access; memory holds only where it is."""
+
+    def __init__(self, path: Path, places: Mapping[str, int]) -> None:
+        self._path = path
+        self._places = places
+
+    def __getitem__(self, task: str) -> Entry:
+        place = self._places[task]
+        with self._path.open("rb") as file:
+            file.seek(place)
+            entry: Entry = json.loads(file.readline())
+            return entry
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+def counting(on_progress: Progress, total: int) -> Callable[[Mapping[str, Entry]], None]:
+    """Return a function that adds up the entries that it is called with, and tells how many of ``total`` they are."""
+    done = 0
+
+    def count(entries: Mapping[str, Entry]) -> None:
+        nonlocal done
+        done += len(entries)
+        on_progress(done, total)
+
+    return count
+
+
 class Journal(Generic[Task]):
-    """Append one line of JSON per finished task, forced to the disk before the next one begins.
+    """Append one line of JSON per finished task, whose results memory need not hold then.
 
     ``key`` names a task; its entry holds the name under ``"task"``, in studies of version 1 under ``"mission"``, and
     ``check`` raises ``ValueError`` that begins with the given place if the rest of an entry is damaged.
@@ -125,21 +164,31 @@ class Journal(Generic[Task]):
         self.path = path
         self.key = key
         self.check = check
+        self._synced = time.monotonic()
 
-    def entries(self) -> dict[str, Entry]:
-        """Read the entries by task. A last line that a kill cut short is removed from the file.
+    def entries(self) -> Entries:
+        """Check the entries, and return them by task. A last line that a kill cut short is removed from the file.
 
         Raises ``ValueError`` naming file, line and field if another line is damaged.
         """
+        return Entries(self.path, self._places())
+
+    def _places(self) -> dict[str, int]:
+        """Return the first byte of the last entry of each task."""
         if not self.path.exists():
             return {}
-        data = read_limited(self.path, MAX_BYTES, may_be_empty=True)
-        whole = data[: data.rfind(b"\n") + 1]
-        if len(whole) < len(data):
-            with self.path.open("r+b") as file:
-                file.truncate(len(whole))
-        entries = [self._entry(line, number) for number, line in enumerate(whole.splitlines(), start=1)]
-        return {str(entry.get("task", entry.get("mission"))): entry for entry in entries}
+        if not stat.S_ISREG(self.path.stat().st_mode):
+            raise ValueError(f"{self.path}: not a file")
+        places, end, number = dict[str, int](), 0, 0
+        with self.path.open("rb") as file:
+            while (line := file.readline(MAX_BYTES)).endswith(b"\n"):
+                number += 1
+                entry = self._entry(line, number)
+                places[str(entry.get("task", entry.get("mission")))] = end
+                end += len(line)
+        if line:
+            os.truncate(self.path, end)
+        return places
 
     def _entry(self, line: bytes, number: int) -> Entry:
         place = f"{self.path}: line {number}"
@@ -156,24 +205,29 @@ class Journal(Generic[Task]):
         tasks: Sequence[Task],
         keep: Callable[[Task, Result | BaseException], Entry],
         is_whole: Callable[[Task, Entry], bool] = lambda task, entry: True,
-        on_entries: Callable[[Sequence[Entry]], None] = lambda entries: None,
-    ) -> list[Entry]:
+        on_entries: Callable[[Mapping[str, Entry]], None] = lambda entries: None,
+    ) -> Entries:
         """Run the tasks that have no entry yet, and return the entries of all tasks in their order.
 
         ``keep`` stores a result, or the error that a task raised, and returns its entry. A task whose entry is not
-        ``is_whole``, because a file was damaged or deleted, runs again. ``on_entries`` sees all entries so far.
+        ``is_whole``, because a file was damaged or deleted, runs again. ``on_entries`` is called with the entries of
+        older calls, then with each new one.
 
         A fault of the machine never becomes an entry. An ``OSError`` of a task is raised at once. A task whose workers
         died, that had too little memory, or that met an error of the program is left, and the others run first; then
         the error of the program is raised, or else ``UnfinishedError``.
         """
         held = HeldFolder.at(self.path.parent)
-        known = self.entries()
-        done = {
-            name: known[name] for task in tasks if (name := self.key(task)) in known and is_whole(task, known[name])
-        }
-        on_entries(list(done.values()))
-        missing = [task for task in tasks if self.key(task) not in done]
+        places, missing = self._places(), []
+        known, done = Entries(self.path, places), dict[str, int]()
+        for task in tasks:
+            name = self.key(task)
+            entry = known.get(name)
+            if entry is not None and is_whole(task, entry):
+                done[name] = places[name]
+            else:
+                missing.append(task)
+        on_entries(Entries(self.path, dict(done)))
         faults: dict[str, BaseException] = {}
         with closing(runner.completed(function, missing)) as results:
             for task, result in results:
@@ -185,9 +239,9 @@ class Journal(Generic[Task]):
                     continue
                 entry = {"task": self.key(task), **keep(task, result)}
                 held.check()
-                self._append(entry)
-                done[self.key(task)] = entry
-                on_entries(list(done.values()))
+                done[self.key(task)] = self._append(entry)
+                on_entries({self.key(task): entry})
+        self._sync()
         for fault in faults.values():
             if not isinstance(fault, WorkerDeathError | MemoryError):
                 raise fault
@@ -197,13 +251,23 @@ class Journal(Generic[Task]):
                 f"{self.path.parent}: is unfinished: {len(faults)} of {len(tasks)} tasks were not done, the first is "
                 f"{name}: {str(fault) or 'memory was too short'}; the same command tries again"
             )
-        return [done[self.key(task)] for task in tasks]
+        return Entries(self.path, {self.key(task): done[self.key(task)] for task in tasks})
 
-    def _append(self, entry: Entry) -> None:
+    def _append(self, entry: Entry) -> int:
+        """Write an entry, and return its first byte."""
         with naming(self.path), self.path.open("ab") as file:
+            place = file.tell()
             file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
-            file.flush()
-            os.fsync(file.fileno())
+        if time.monotonic() - self._synced > SYNC_INTERVAL:
+            self._sync()
+        return place
+
+    def _sync(self) -> None:
+        """Force all entries to the disk."""
+        if self.path.exists():
+            with naming(self.path), self.path.open("ab") as file:
+                os.fsync(file.fileno())
+        self._synced = time.monotonic()
 
     def remove(self) -> None:
         """Delete the journal."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from mapping.io.atomic import write_bytes_atomically
 from mapping.io.transaction import atomic_folder, refuse_links, write_files_atomically
-from mapquilt.jobs.journal import Entry, job_folder
+from mapquilt.jobs.journal import Entry, counting, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.json_file import check_record, to_text
 from mapquilt.study.files import PLAN_FILE, load_results, table_files, trials_journal, trials_record
@@ -45,9 +45,7 @@ def run_study(
         return trials_record(trials)
 
     with job_folder(out, "study of mapquilt", PLAN_FILE, to_text(_plan_record(plan))):
-        trials_journal(out).run(
-            runner, run_mission, tasks, keep, on_entries=lambda entries: on_progress(len(entries), len(tasks))
-        )
+        trials_journal(out).run(runner, run_mission, tasks, keep, on_entries=counting(on_progress, len(tasks)))
         found = load_results(out)
         write_files_atomically(table_files(out, found))
     return StudyRun(found, tuple(warnings))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from mapping.io.map_file import load_map
@@ -29,18 +29,24 @@ LEGEND = (
 LONGEST_NAME, LONGEST_FACTS = 62, 112
 
 
-def most_relevant_first(pairs: Sequence[EvaluatedPair]) -> list[EvaluatedPair]:
-    """Sort by outcome, false accepts first; then wrong answers before right ones, and high confidence before low."""
-    merged = [one for one in pairs if one.outcome is not None]
-    return sorted(merged, key=lambda one: (OUTCOMES.index(one.outcome), one.right, -(one.confidence or 0.0)))
+def most_relevant_first(answers: Iterable[EvaluatedPair]) -> dict[str, list[int]]:
+    """Sort the numbers of each method's answers by outcome, false accepts first; then wrong answers before right ones,
+    and high confidence before low."""
+    ranks: dict[str, list[tuple[int, bool, float, int]]] = {}
+    for number, one in enumerate(answers):
+        if one.outcome is not None:
+            rank = (OUTCOMES.index(one.outcome), one.right, -(one.confidence or 0.0), number)
+            ranks.setdefault(one.method, []).append(rank)
+    return {method: [rank[-1] for rank in sorted(found)] for method, found in ranks.items()}
 
 
-def sheet_pages(pairs: Sequence[EvaluatedPair]) -> Iterator[bytes]:
-    """Draw one method's answers, in their order, as PNG pages."""
+def sheet_pages(answers: Sequence[EvaluatedPair], shown: Sequence[int]) -> Iterator[bytes]:
+    """Draw the answers of these numbers, in this order, as PNG pages; they are read page by page."""
     size = COLUMNS * ROWS
-    pages = math.ceil(len(pairs) / size)
+    pages = math.ceil(len(shown) / size)
     for page in range(pages):
-        yield figure_png(_page(pairs[page * size : (page + 1) * size], f"page {page + 1} of {pages}"))
+        drawn = [answers[number] for number in shown[page * size : (page + 1) * size]]
+        yield figure_png(_page(drawn, f"page {page + 1} of {pages}"))
 
 
 @default_style()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mapping.io.shape import require_shape
-from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, job_folder
+from mapquilt.jobs.journal import JOURNAL_FILE, Entry, Journal, counting, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.jobs.timing import one_thread
 from merge.pair.feature_cache import FeatureCache
@@ -92,10 +92,8 @@ def make_study(seeds: int, out: Path, runner: Runner, on_progress: Progress = no
     tasks = [Task(place, seed) for place in PLACES for seed in range(seeds)]
     journal = Journal[Task](out / JOURNAL_FILE, lambda task: task.name, _check_entry)
     with job_folder(out, "study of Chen (2021)", SPEC_FILE, SPEC_TEXT):
-        entries = journal.run(
-            runner, run_task, tasks, _keep, on_entries=lambda done: on_progress(len(done), len(tasks))
-        )
-    return _study(seeds, entries)
+        entries = journal.run(runner, run_task, tasks, _keep, on_entries=counting(on_progress, len(tasks)))
+        return _study(seeds, tuple(entries.values()))
 
 
 def _keep(_: Task, done: Study | BaseException) -> Entry:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
@@ -13,19 +13,21 @@ DIGITS = 16
 """Hexadecimal digits of a name: two of 100,000 pairs share one with a probability of 3 in 10^10."""
 
 
-def pair_identity(pair: BenchmarkPair) -> str:
-    """Name a pair by a hash of its name and of both maps, whatever the folder of its set is called.
+def pair_identities(pairs: Iterable[BenchmarkPair]) -> Iterator[str]:
+    """Name each pair by a hash of its name and of both maps, whatever the folder of its set is called.
 
-    The name of a pair in a data set shows if both maps are of one mission, this one does not.
+    The name of a pair in a data set shows if both maps are of one mission, this one does not. The hashes of a map's
+    files are those of the manifest, or else of the files themselves, which are read once for all pairs.
     """
-    parts = (pair.info.name, *(_map_digest(pair, file) for file in (pair.target_file, pair.source_file)))
-    return sha256("\n".join(parts).encode()).hexdigest()[:DIGITS]
-
-
-def _map_digest(pair: BenchmarkPair, file: Path) -> str:
-    """Return the hashes of a map's files: those of the manifest, or else of the files themselves."""
-    known = sorted(digest for path, digest in pair.digests.items() if path.parent == file.parent)
-    return "\n".join(known) if known else map_digest(file)
+    read: dict[Path, str] = {}
+    for pair in pairs:
+        parts = [pair.info.name]
+        for file in (pair.target_file, pair.source_file):
+            known = sorted(digest for path, digest in pair.digests.items() if path.parent == file.parent)
+            if not known and file not in read:
+                read[file] = map_digest(file)
+            parts.append("\n".join(known) if known else read[file])
+        yield sha256("\n".join(parts).encode()).hexdigest()[:DIGITS]
 
 
 def map_digest(file: Path) -> str:
@@ -42,8 +44,7 @@ def by_identity(pairs: Sequence[BenchmarkPair]) -> dict[str, BenchmarkPair]:
     Raises ``ValueError`` naming a pair that is there twice.
     """
     found: dict[str, BenchmarkPair] = {}
-    for pair in pairs:
-        name = pair_identity(pair)
+    for pair, name in zip(pairs, pair_identities(pairs), strict=True):
         if name in found:
             raise ValueError(f"{pair.info.title} is the same pair as {found[name].info.title}: name each set once")
         found[name] = pair

@@ -33,6 +33,9 @@ from merge.methods import method_names, published_names
 
 DEFAULT_METHODS = ("quilt", "sift", "orb")
 
+MOST_DRAWN = 1200
+"""Pairs of a method that are drawn by default: a hundred pages, more than anyone looks at, in some minutes."""
+
 app = new_app()
 
 PairLists = Annotated[
@@ -81,7 +84,11 @@ def benchmark(
     scheduler: SchedulerOption = None,
     pictures: Annotated[
         int | None,
-        typer.Option(min=0, help="Greatest number of pairs per method to draw, errors first; default: every pair."),
+        typer.Option(
+            min=0,
+            help=f"Greatest number of pairs per method to draw, errors first; default: every pair, but at most "
+            f"{MOST_DRAWN:,}.",
+        ),
     ] = None,
 ) -> int:
     """Compare methods on pairs whose transform is known, with tables, records and pictures of every pair.
@@ -109,7 +116,7 @@ def benchmark(
         evaluated = run_benchmark(chosen, methods, seed, runner, on_progress, unfinished_folder(out), given)
     results = build_results(evaluated, seed)
     with count_progress("pictures of methods") as on_progress:
-        write_folder(out, results, settings, len(chosen) if pictures is None else pictures, on_progress)
+        write_folder(out, results, settings, MOST_DRAWN if pictures is None else pictures, on_progress)
     remove_job(unfinished_folder(out), TASKS_FILE)
     print_table(terminal_table(results))
     if results.calibrations:
@@ -159,7 +166,7 @@ def _given_answers(files: Mapping[str, Path], pairs: Sequence[BenchmarkPair]) ->
     if not files:
         return []
     names = {pair.info.title: name for name, pair in by_identity(pairs).items()}
-    read = [read_answers(file, name, tuple(names.values())) for name, file in files.items()]
+    read = [read_answers(file, name, dict.fromkeys(names.values())) for name, file in files.items()]
     return [tuple(answers[names[pair.info.title]] for answers in read) for pair in pairs]
 
 

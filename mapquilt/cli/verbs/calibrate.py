@@ -148,7 +148,7 @@ def _answers(
     if limit is not None:
         pairs = even_sample(pairs, limit, stream(seed, Role.BENCHMARK_SAMPLE))
     with count_progress(f"pairs to {work.name}") as on_progress:
-        return run_benchmark(pairs, (MergeSettings(method),), seed, runner, on_progress, work)
+        return list(run_benchmark(pairs, (MergeSettings(method),), seed, runner, on_progress, work))
 
 
 def acceptance_record(fitted: AcceptanceSettings, checked: Calibration, held_out: Sequence[HeldOut]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from mapping.io.atomic import remove_temporaries, temporary_folder
 from mapping.io.transaction import (
     COMMIT,
     LEDGER_FILE,
+    added_files,
     atomic_folder,
     change_files,
     finish_transaction,
@@ -92,6 +94,27 @@ def test_a_kill_at_any_step_leaves_all_old_or_all_new(tmp_path: Path, writer: st
     assert seen == sorted(seen) and not seen[0] and seen[-1]
     assert sum(seen) > 8  # kills between the renames
     assert sum(not one for one in seen) > 8  # and before the first of them
+
+
+def test_added_files_join_the_list_and_replace_their_like(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    make_old(folder)
+    with added_files(folder) as aside:
+        (aside / "sub").mkdir()
+        for name in ("a", "sub/c"):
+            (aside / name).write_text("new")
+    assert content(folder) == {**OLD, "a": "new", "sub/c": "new"}
+    assert written_files(folder) == content(folder).keys() - {"notes"}
+
+
+def test_a_full_disk_names_the_folder_and_adds_nothing(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    make_old(folder)
+    with pytest.raises(OSError, match="No space left") as caught, added_files(folder) as aside:
+        (aside / "a").write_text("new")
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert caught.value.filename == str(folder)
+    assert content(folder) == OLD
 
 
 def test_a_new_folder_appears_whole(tmp_path: Path) -> None:

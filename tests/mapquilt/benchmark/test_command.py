@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from mapquilt.benchmark import trials
+from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.trials import run_trial
+from mapquilt.jobs.runner import Runner
 from mapquilt.report.of_benchmark import benchmark_content
 from tests.conftest import command, hashes
 
@@ -99,6 +101,18 @@ def test_after_an_interruption_the_same_command_continues(made, pairs_file, tmp_
     assert answered == [0, 1, 2]
     assert hashes(tmp_path / "out", but=TIMED) == hashes(out, but=TIMED)
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_an_answer_is_read_by_its_number_as_in_turn(pairs_file, tmp_path):
+    pairs, methods = read_pair_list(pairs_file), trials.chosen_methods(("orb",), None, as_published=False)
+    with Runner() as runner:
+        in_memory = trials.run_benchmark(pairs, methods, 0, runner)
+        stored = trials.run_benchmark(pairs, methods, 0, runner, work=tmp_path / "work")
+    shown = [(one.method, one.pair.name, one.answer, one.evidence) for one in stored]
+    assert shown == [(one.method, one.pair.name, one.answer, one.evidence) for one in in_memory]
+    assert [stored[number] for number in range(-6, 6)] == [*stored, *stored]
+    with pytest.raises(IndexError):
+        stored[len(stored)]
 
 
 def test_plain_orb_also_runs_alone_since_its_time_is_the_unit():

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from mapquilt.evaluation import statistics
 from mapquilt.evaluation.statistics import Share, mean_over_clusters, ratio_of_medians, ratio_of_medians_over_clusters
 
 
@@ -30,6 +31,19 @@ def test_pairs_of_one_mission_count_as_one():
     spread = math.sqrt(0.7 * 0.3 / 20)
     assert together.high - together.low == pytest.approx(2 * 1.96 * spread, rel=0.15)
     assert alone.high - alone.low == pytest.approx(2 * 1.96 * spread / math.sqrt(50), rel=0.15)
+
+
+@pytest.mark.parametrize("most", [1, 2500, 10**9])
+def test_drawing_in_blocks_changes_no_interval(monkeypatch, most):
+    """The oracle draws all resamples at once."""
+    monkeypatch.setattr(statistics, "MOST_DRAWN", most)
+    values, below = (np.random.default_rng(seed).uniform(1, 9, 37) for seed in (3, 4))
+    drawn = np.random.default_rng(0).integers(0, 37, (statistics.RESAMPLES, 37))
+    interval = mean_over_clusters(values.tolist(), range(37), np.random.default_rng(0))
+    assert [interval.low, interval.high] == np.quantile(values[drawn].sum(axis=1) / 37, (0.025, 0.975)).tolist()
+    _, interval = ratio_of_medians(values, below, np.random.default_rng(0))
+    ratios = np.median(values[drawn], axis=1) / np.median(below[drawn], axis=1)
+    assert [interval.low, interval.high] == pytest.approx(np.quantile(ratios, (0.025, 0.975)).tolist())
 
 
 def test_one_mission_has_no_interval():
