@@ -41,7 +41,7 @@ def load_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
     data = read_limited(path, MAX_BYTES)
     if not data.startswith(_ZIP_MAGIC):
         raise ValueError(f"{path}: not an .npz file")
-    with reading(f"{path}: damaged or of another kind"), zipfile.ZipFile(io.BytesIO(data)) as archive:
+    with reading(path), zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = {info.filename: info for info in archive.infolist()}
         left, arrays = MAX_BYTES, {}
         for name in names:

@@ -69,6 +69,8 @@ def reading(place: str | Path, *others: type[BaseException]) -> Iterator[None]:
             text = _yaml_fault(error)
         elif isinstance(error, KeyError):
             text = f"has no {text}"
+        elif isinstance(error, UnicodeDecodeError):
+            text = f"byte {error.start + 1} is no text of UTF-8; save the file as UTF-8"
         elif not isinstance(error, ValueError):
             text = f"damaged or of another kind ({type(error).__name__}: {text})"
         raise ValueError(f"{place}: {text}") from None

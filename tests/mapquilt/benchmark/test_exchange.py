@@ -153,7 +153,7 @@ def test_a_wrong_missing_doubled_or_unknown_row_is_named(fault, pairs_file, tmp_
 def test_a_file_of_another_kind_is_refused(tmp_path):
     for content, words in (
         (b"pair,scale\n", "has no column 'rotation_deg'"),
-        (b"\xff\xfe\x00", "codec"),
+        (b"\xff\xfe\x00", "byte 1 is no text of UTF-8"),
         (b"", "empty"),
     ):
         (tmp_path / "mine.csv").write_bytes(content)
