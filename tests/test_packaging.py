@@ -44,7 +44,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_wheel_holds_every_source_and_data_file(wheel: Path) -> None:
-    kinds = ("*.py", "py.typed", "*.schema.json", "*.yaml", "*.j2", "*.css", "*.js", "*.html")
+    kinds = ("*.py", "py.typed", "*.json", "*.png", "*.yaml", "*.j2", "*.css", "*.js", "*.html")
     wanted = {path.relative_to(ROOT) for room in ROOMS for kind in kinds for path in (ROOT / room).rglob(kind)}
     packed = {path.relative_to(wheel) for room in ROOMS for path in (wheel / room).rglob("*") if path.is_file()}
     assert packed == wanted

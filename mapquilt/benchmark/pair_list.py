@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
 from mapping.grid.pixel_matrix import pixel_matrix
-from mapping.map_set import MapSet
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.evaluation.evaluated_pair import GroundTruth, PairInfo
 from mapquilt.json_file import read_record
@@ -79,16 +79,23 @@ def _listed_pair(path: Path, entry: dict[str, Any], known: dict[str, Path]) -> B
     )
 
 
-def pair_entry(info: PairInfo, maps: MapSet, truth: GroundTruth, files: tuple[str, str]) -> dict[str, Any]:
+def pair_entry(
+    info: PairInfo,
+    truth: GroundTruth,
+    *,
+    frames: tuple[GridFrame, GridFrame],
+    resolutions_trusted: bool,
+    files: tuple[str, str] = ("", ""),
+) -> dict[str, Any]:
     """Build the entry of a pair, so that reading the list gives the same pair.
 
-    ``truth`` is in metres as ``maps``, target and source, state them; ``files`` are their map files, relative to the
-    list.
+    ``truth`` is in metres as the two maps, target and source with ``frames``, state them; ``files`` are their map
+    files, relative to the list.
     """
     transform, place = truth.target_from_source, {}
     if transform is not None:
-        target, source = maps.grids
-        pixels = Similarity2.from_matrix(pixel_matrix(target.frame, transform, source.frame))
+        target, source = frames
+        pixels = Similarity2.from_matrix(pixel_matrix(target, transform, source))
         turn = math.degrees(pixels.yaw)
         place = {"scale": pixels.scale, "rotation_deg": turn, "tx": pixels.x, "ty": pixels.y}
     return {
@@ -102,7 +109,7 @@ def pair_entry(info: PairInfo, maps: MapSet, truth: GroundTruth, files: tuple[st
         "identifiable": truth.identifiable,
         "residual_m": truth.residual_m,
         "target_scale": truth.target_scale,
-        "resolutions_trusted": maps.resolutions_trusted,
+        "resolutions_trusted": resolutions_trusted,
         "world": info.world,
         "mission": info.mission,
         "geometry": info.geometry,

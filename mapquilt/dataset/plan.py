@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.seeds import Role, derived_seed, stream
-from mapping.settings import MappingSettings
 from mapquilt.dataset.spec import DatasetSpec, MissionsSpec, SamplesSpec
 from mapquilt.leaves import with_assignments
 from mapquilt.runs.open_world import is_world_file, read_world
@@ -19,6 +19,9 @@ from mapquilt.runs.true_footprints import map_names
 from mapquilt.settings import COMBINED, ExperimentConfig, SampleSettings, max_yaw_of
 from sim.sensors.settings import SensingSettings
 from worlds.world import World
+
+DRAWS = 100
+"""Most draws for each negative pair, until it is one that was not drawn yet."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +127,7 @@ def _combinations(samples: SamplesSpec, seed: int) -> list[ExperimentConfig]:
         with_assignments(
             ExperimentConfig(
                 sensing=SensingSettings(noise),
-                mapping=MappingSettings(poses, resolution, model, samples.clear_range),
+                mapping=samples.mapping(poses, resolution, model),
                 perturbation=FramePerturbationRanges(*scale, max_yaw_of(rotation), offset),
                 parts=parts,
             ),
@@ -157,23 +160,70 @@ def _splits(spec: DatasetSpec, count: int) -> list[str]:
     return [name for _, name in sorted(order, key=lambda one: one[0])[:count]]
 
 
-def _negatives(spec: DatasetSpec, missions: list[MissionPlan]) -> tuple[NegativePlan, ...]:
+def _negatives(spec: DatasetSpec, missions: Sequence[MissionPlan]) -> tuple[NegativePlan, ...]:
+    """Draw different pairs of maps of two worlds of one split: first of any two worlds, then of two that are alike."""
     rng = stream(spec.seed, Role.DATASET_NEGATIVES)
-    by_split = {split: [mission for mission in missions if mission.split == split] for split in spec.splits}
-    usable = [split for split, members in by_split.items() if len({each.fingerprint for each in members}) >= 2]
-    if spec.other_worlds and not usable:
-        raise ValueError("other_worlds needs a split with at least two different worlds")
-    weights = np.array([len(by_split[split]) for split in usable], dtype=float)
-    negatives = []
-    for _ in range(spec.other_worlds):
-        split = usable[int(rng.choice(len(usable), p=weights / weights.sum()))]
-        members = by_split[split]
-        first, second = (int(k) for k in rng.choice(len(members), 2, replace=False))
-        target = members[first]
-        in_order = (*members[second:], *members[:second])
-        source = next(each for each in in_order if each.fingerprint != target.fingerprint)
-        negatives.append(NegativePlan(_any_map(rng, target), _any_map(rng, source), split))
-    return tuple(negatives)
+    found: dict[NegativePlan, None] = {}
+    if spec.other_worlds:
+        by_split = {split: [each for each in missions if each.split == split] for split in spec.splits}
+        usable = [split for split, members in by_split.items() if len({each.fingerprint for each in members}) >= 2]
+        if not usable:
+            raise ValueError("other_worlds needs a split with at least two different worlds")
+        shares = np.array([len(by_split[split]) for split in usable], dtype=float)
+        shares /= shares.sum()
+        _add_different(
+            found,
+            "other_worlds",
+            spec.other_worlds,
+            lambda: _of_two_worlds(rng, by_split[_chosen(rng, usable, shares)]),
+        )
+    if spec.alike_worlds:
+        alike = [(each, others) for each in missions if (others := _alike(each, missions))]
+        if not alike:
+            raise ValueError("alike_worlds needs a split with two different worlds of one family or building")
+        _add_different(found, "alike_worlds", spec.alike_worlds, lambda: _of_alike_worlds(rng, alike))
+    return tuple(found)
+
+
+def _add_different(found: dict[NegativePlan, None], key: str, count: int, draw: Callable[[], NegativePlan]) -> None:
+    """Add ``count`` pairs that are not there yet. Raises ``ValueError`` if there seem to be fewer."""
+    end = len(found) + count
+    for _ in range(DRAWS * count):
+        found[draw()] = None
+        if len(found) == end:
+            return
+    raise ValueError(f"{key} is {count}, but there are hardly more than {count - end + len(found)} different pairs")
+
+
+def _chosen(rng: np.random.Generator, splits: Sequence[str], shares: NDArray[np.float64]) -> str:
+    return splits[int(rng.choice(len(splits), p=shares))]
+
+
+def _of_two_worlds(rng: np.random.Generator, members: Sequence[MissionPlan]) -> NegativePlan:
+    first, second = (int(k) for k in rng.choice(len(members), 2, replace=False))
+    target = members[first]
+    in_order = (*members[second:], *members[:second])
+    source = next(each for each in in_order if each.fingerprint != target.fingerprint)
+    return NegativePlan(_any_map(rng, target), _any_map(rng, source), target.split)
+
+
+def _alike(mission: MissionPlan, missions: Sequence[MissionPlan]) -> list[MissionPlan]:
+    """List the missions of the same split in another world of the same family or building."""
+    return [
+        each
+        for each in missions
+        if each.missions.kind == mission.missions.kind
+        and each.split == mission.split
+        and each.fingerprint != mission.fingerprint
+    ]
+
+
+def _of_alike_worlds(
+    rng: np.random.Generator, alike: Sequence[tuple[MissionPlan, Sequence[MissionPlan]]]
+) -> NegativePlan:
+    target, others = alike[int(rng.integers(len(alike)))]
+    source = others[int(rng.integers(len(others)))]
+    return NegativePlan(_any_map(rng, target), _any_map(rng, source), target.split)
 
 
 def _any_map(rng: np.random.Generator, mission: MissionPlan) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from mapping.grid.frame_perturbation import FramePerturbationRanges
 from mapping.io.safe_load import read_yaml, yaml_value
-from mapping.settings import MappingSettings
+from mapping.settings import PARTICLE, MappingSettings
 from mapping.wording import did_you_mean
 from mapquilt.leaves import leaf_name, with_assignments
 from mapquilt.runs.open_world import is_world_file
@@ -26,7 +26,7 @@ from worlds.importing.plan_file import PlanOptions
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-READY = ("smoke", "standard", "noise-sweep", "benchmark", "little-overlap", "poses", "mixture")
+READY = ("smoke", "standard", "hard", "teams", "noise-sweep", "benchmark", "little-overlap", "poses", "mixture")
 """Names of the built-in specifications."""
 
 LICENCE = "CC-BY-4.0"
@@ -63,6 +63,9 @@ class MissionsSpec(_Strict):
     height: Annotated[Positive | None, _key("height of a family's world", "m", 18)] = None
     plan_resolution: Annotated[Positive | None, _key("size of a pixel of a picture or SVG", "m", 0.05)] = None
     level: Annotated[str | None, _key("level of a `building.yaml`", "", "L1")] = None
+    building: Annotated[
+        str | None, _key("building that the plan is a storey of; storeys of one building are alike", "", "clinic")
+    ] = None
     from_map: Annotated[bool, _key("mend the plan of a real place", "", True)] = False
     plan_sha256: Annotated[
         str | None, _key("hash of the plan that a data set holds; `dataset make` writes it", "", None)
@@ -92,6 +95,11 @@ class MissionsSpec(_Strict):
     def plan(self) -> PlanOptions:
         """Return how the plan of a real place is read."""
         return PlanOptions(self.plan_resolution, self.level, self.from_map)
+
+    @property
+    def kind(self) -> str:
+        """Return the name that alike worlds share: of their building, or else of the family or file."""
+        return self.building or self.world
 
     @property
     def place(self) -> str:
@@ -143,7 +151,8 @@ class SamplesSpec(_Strict):
         _key("levels of noise: 0 exact, 1 an ordinary robot, 3 a bad one", "", [0, 1]),
     ] = (1.0,)
     poses: Annotated[
-        tuple[str, ...], _key("poses that the robots map with: slam, odometry, truth", "", ["slam", "odometry"])
+        tuple[str, ...],
+        _key("poses that the robots map with: slam, odometry, truth, particle", "", ["slam", "odometry", "particle"]),
     ] = ("slam",)
     scale: Annotated[
         tuple[tuple[Positive, Positive], ...],
@@ -168,6 +177,12 @@ class SamplesSpec(_Strict):
         ),
     ] = {}
 
+    def mapping(self, poses: str, resolution: float, sensor_model: str) -> MappingSettings:
+        """Return the settings that map at ``poses``; those of the particle filter count hits, whatever the model."""
+        if poses == PARTICLE:
+            return MappingSettings(resolution=resolution, clear_range=self.clear_range, mapper=PARTICLE)
+        return MappingSettings(poses, resolution, sensor_model, self.clear_range)
+
     @model_validator(mode="after")
     def _check(self) -> SamplesSpec:
         lists = ("noise", "poses", "scale", "max_rotation", "max_offset", "parts", "resolution", "sensor_model")
@@ -188,7 +203,7 @@ class SamplesSpec(_Strict):
         for model in self.sensor_model:
             MappingSettings(sensor_model=model)
         for poses in self.poses:
-            MappingSettings(poses)
+            self.mapping(poses, 0.05, self.sensor_model[0])
         MappingSettings(clear_range=self.clear_range)
         for name, values in self.set.items():
             if not values:
@@ -211,6 +226,10 @@ class DatasetSpec(_Strict):
     ]
     samples: Annotated[SamplesSpec, _key("samples, with the keys of `samples`", "", {"noise": [0, 1]})] = SamplesSpec()
     other_worlds: Annotated[Count, _key("negative pairs, whose maps are of two worlds", "", 100, le=10 * MOST)] = 0
+    alike_worlds: Annotated[
+        Count,
+        _key("more negative pairs, of two worlds of one family, or two storeys of one building", "", 50, le=10 * MOST),
+    ] = 0
     splits: Annotated[
         dict[str, Positive],
         _key(
@@ -248,8 +267,8 @@ class DatasetSpec(_Strict):
 
     @model_validator(mode="after")
     def _check(self) -> DatasetSpec:
-        if self.other_worlds and sum(missions.count for missions in self.missions) < 2:
-            raise ValueError("other_worlds needs at least two missions")
+        if self.other_worlds + self.alike_worlds and sum(missions.count for missions in self.missions) < 2:
+            raise ValueError(f"{'other_worlds' if self.other_worlds else 'alike_worlds'} needs at least two missions")
         return self
 
 
@@ -332,5 +351,7 @@ def _text(value: Any) -> str:
 
 
 def ready_spec(name: str) -> str:
-    """Return the YAML text of a built-in specification."""
-    return (resources.files("mapquilt.dataset") / "specs" / f"{name}.yaml").read_text(encoding="utf-8")
+    """Return the YAML text of a built-in specification; the plans that it names lie beside it."""
+    folder = resources.files("mapquilt.dataset") / "specs"
+    text = (folder / f"{name}.yaml").read_text(encoding="utf-8")
+    return text.replace('world: "plans/', f'world: "{folder}/plans/')

@@ -113,7 +113,15 @@ def write_disturbed(
             for stem, grid in zip(stems, done.maps.grids, strict=True):
                 save_map(grid, folder / stem, picture="png")
             info = replace(pair.info, subset=kind)
-            entries.append(pair_entry(info, done.maps, done.truth, (f"{stems[0]}.yaml", f"{stems[1]}.yaml")))
+            target, source = done.maps.grids
+            entry = pair_entry(
+                info,
+                done.truth,
+                frames=(target.frame, source.frame),
+                resolutions_trusted=done.maps.resolutions_trusted,
+                files=(f"{stems[0]}.yaml", f"{stems[1]}.yaml"),
+            )
+            entries.append(entry)
             shown.setdefault(kind, done)
             on_progress(number, len(pairs))
         write_record(folder / PAIRS_FILE, "pairs", {"pairs": entries})

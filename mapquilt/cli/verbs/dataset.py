@@ -14,6 +14,7 @@ from mapquilt.benchmark.disturbance.folder import refuse_foreign_pairs, require_
 from mapquilt.benchmark.disturbance.kinds import KINDS
 from mapquilt.benchmark.pair_list import PAIRS_FILE
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
+from mapquilt.benchmark.publication.export import SHARDS_FILE, WRITERS, export_dataset, require_format
 from mapquilt.benchmark.world_split import with_worlds
 from mapquilt.cli.application import new_app
 from mapquilt.cli.exit_status import NOT_REACHED, Termination
@@ -26,13 +27,14 @@ from mapquilt.dataset.listing import PairFilter, pair_table, selected_pairs
 from mapquilt.dataset.make import make_dataset
 from mapquilt.dataset.manifest import FAILURES_FILE, read_manifest
 from mapquilt.dataset.plan import plan_dataset
+from mapquilt.dataset.published import differences
 from mapquilt.dataset.remake import remake_sample
 from mapquilt.dataset.spec import READY, SECTIONS, key_rows, load_spec, ready_spec
 from mapquilt.dataset.verify import verify_dataset
 from mapquilt.jobs.journal import recover_folders
 from mapquilt.jobs.progress import count_progress, dataset_progress
 from mapquilt.jobs.runner import Runner
-from mapquilt.runs.folder import spare_inputs
+from mapquilt.runs.folder import refuse_foreign, spare_inputs
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.text_table import plain_table
 
@@ -42,6 +44,9 @@ app = new_app(
 )
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a data set.")]
+
+MOST_DIFFERENCES = 10
+"""Most records that differ from the published ones and are listed."""
 
 
 @app.command("init")
@@ -176,11 +181,14 @@ def verify(
     repair: Annotated[
         bool, typer.Option("--repair", help="First finish or remove what a killed writer left in the folder.")
     ] = False,
+    published: Annotated[
+        bool, typer.Option("--published", help="Also compare with the published data set of the same name.")
+    ] = False,
 ) -> int:
     """Check all that a reader uses: the manifest against its seal, its truth and itself, and every file by its hash.
 
-    Exit status 1 if a file is missing, changed or in no record, or a record is wrong, and 2 if there is no manifest
-    that can be read.
+    Exit status 1 if a file is missing, changed or in no record, or a record is wrong or not as it was published, and 2
+    if there is no manifest that can be read, or no data set of its name and specification is published.
 
     Example: mapquilt dataset verify data
     """
@@ -189,10 +197,18 @@ def verify(
         recover_folders(folder)
     with count_progress("hashing") as on_progress:
         problems = verify_dataset(folder, on_progress)
+    found = differences(folder) if published and not problems else None
     for problem in problems:
         print_table(problem)
     print_table(f"{folder}: " + (counted(len(problems), "problem") if problems else "no file has changed"))
-    return 1 if problems else 0
+    if found is None:
+        return 1 if problems else 0
+    for line in found.lines[:MOST_DIFFERENCES]:
+        print_table(line)
+    differing = f"{counted(len(found.lines), 'record')} unlike the published data set of {found.generator}"
+    same = f"equals the published data set of {found.generator}, bit for bit"
+    print_table(f"{folder}: {differing if found.lines else same}")
+    return 1 if found.lines else 0
 
 
 @app.command("stats")
@@ -268,4 +284,42 @@ def disturb(
     with count_progress("pairs") as on_progress:
         counts = write_disturbed(chosen, kinds, out, seed, on_progress)
     print_table(f"{out / PAIRS_FILE}: " + ", ".join(f"{number} {name}" for name, number in counts.items()))
+    return 0
+
+
+@app.command("export")
+def export(
+    folder: Folder,
+    out: Annotated[Path, typer.Option(help="Folder to write; an export there is replaced.")],
+    layout: Annotated[
+        str, typer.Option("--format", help=f"{', '.join(WRITERS)} (Parquet with a description).")
+    ] = "parquet",
+    withhold_truth: Annotated[
+        list[str] | None,
+        typer.Option("--withhold-truth", metavar="SPLIT", help="Leave out the truth of this split. Repeatable."),
+    ] = None,
+    pairs_per_file: Annotated[
+        int, typer.Option(min=1, help="Most pairs of a file; for croissant a split is one file.")
+    ] = 2000,
+) -> int:
+    """Write all pairs with both maps as pictures and their truth, as other libraries read them.
+
+    datasets.load_dataset opens each format; README.md and eval.yaml are what Hugging Face reads. Parquet needs the
+    extra `export`: pip install 'mapquilt[export]'.
+
+    Example: mapquilt dataset export data --format parquet --withhold-truth test --out hub
+    """
+    require_format(layout)
+    spare_inputs(out, [folder])
+    refuse_foreign(out, SHARDS_FILE)
+    with count_progress("pairs") as on_progress:
+        pairs = export_dataset(
+            folder,
+            out,
+            layout,
+            withheld=tuple(withhold_truth or ()),
+            pairs_per_file=pairs_per_file,
+            on_progress=on_progress,
+        )
+    print_table(f"{out}: " + ", ".join(f"{counted(number, 'pair')} of {split}" for split, number in pairs.items()))
     return 0

@@ -19,6 +19,7 @@ import pytest
 
 import mapquilt
 from mapquilt.dataset import group
+from mapquilt.dataset.carried_plans import carry_plans
 from mapquilt.dataset.manifest import read_manifest
 from mapquilt.dataset.plan import plan_dataset
 from mapquilt.dataset.spec import READY, DatasetSpec, load_spec, ready_spec
@@ -266,11 +267,44 @@ def test_ready_specifications_are_balanced_and_commented(name):
 def test_negatives_are_of_two_worlds_in_one_split():
     plan = plan_dataset(load_spec("standard"))
     mission_of = {sample.name: mission for mission in plan.missions for sample in mission.samples}
-    assert len(plan.negatives) >= 300
+    assert len(set(plan.negatives)) == 250
     for pair in plan.negatives:
         target, source = mission_of[pair.target[0]], mission_of[pair.source[0]]
         assert target.index != source.index
         assert target.split == source.split == pair.split
+
+
+def test_alike_worlds_are_of_one_family_or_building_in_one_split_and_differ():
+    carried = carry_plans(load_spec("hard"))
+    plan = plan_dataset(carried.spec, carried.worlds)
+    mission_of = {sample.name: mission for mission in plan.missions for sample in mission.samples}
+    ends = [(mission_of[pair.target[0]], mission_of[pair.source[0]]) for pair in plan.negatives]
+    any_two, alike = ends[:20], ends[20:]
+    assert len(set(plan.negatives)) == 140
+    assert all(target.fingerprint != source.fingerprint for target, source in ends)
+    assert all(target.missions.kind == source.missions.kind for target, source in alike)
+    assert any(target.missions.kind != source.missions.kind for target, source in any_two)
+    storeys = [target.missions.kind for target, source in alike if target.missions.world != source.missions.world]
+    assert set(storeys) == {"college", "clinic"}
+
+
+def test_samples_by_the_particle_filter_are_planned_beside_those_by_slam():
+    spec = {"name": "both", "missions": [{"world": "office", "count": 1}], "samples": {"poses": ["slam", "particle"]}}
+    (mission,) = plan_dataset(DatasetSpec.model_validate(spec)).missions
+    mappings = [sample.settings.mapping for sample in mission.samples]
+    assert {(each.mapper, each.poses) for each in mappings} == {("log-odds", "slam"), ("particle", "slam")}
+
+
+def test_more_negative_pairs_than_there_are_is_refused():
+    spec = {"name": "few", "missions": [{"world": "office", "count": 2, "robots": 1}], "splits": {"test": 1}}
+    samples = {"per_mission": 1}
+    for key in ("other_worlds", "alike_worlds"):
+        assert len(plan_dataset(DatasetSpec.model_validate(spec | {"samples": samples, key: 2})).negatives) == 2
+        with pytest.raises(ValueError, match=rf"{key} is 3, but there are hardly more than 2 different pairs"):
+            plan_dataset(DatasetSpec.model_validate(spec | {"samples": samples, key: 3}))
+    spec["missions"] = [{"world": "office", "count": 1}, {"world": "house", "count": 1}]
+    with pytest.raises(ValueError, match="alike_worlds needs a split with two different worlds of one family"):
+        plan_dataset(DatasetSpec.model_validate(spec | {"alike_worlds": 1}))
 
 
 def test_missions_in_one_world_share_a_split_and_make_no_negative():
