@@ -188,8 +188,16 @@ def _answer_in_order(
     proposers: int | None,
 ) -> PairAnswer:
     if settings.as_published:
-        return settings.chosen_published.published(target.descriptions[0], source.descriptions[0], scale, rng)
+        answer = settings.chosen_published.published(target.descriptions[0], source.descriptions[0], scale, rng)
+        none = PairAnswer(None, None, Verdict.refuse(Reason.NO_PUBLISHED_ANSWER))
+        return none if _collapses(target.prepared, source.prepared, answer) else answer
     return merge_pair(target, source, scale, settings.chosen_proposers[:proposers], rng, settings)
+
+
+def _collapses(target: PreparedMap, source: PreparedMap, answer: PairAnswer) -> bool:
+    """Return True for a transform that lays one whole map into a cell of the other, as fits to wrong matches may."""
+    found = answer.target_from_source
+    return found is not None and not 1.0 / source.diagonal < found.scale < target.diagonal
 
 
 def merge_pair(

@@ -1,5 +1,7 @@
 """Methods as published: their own answer instead of the common acceptance."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
+from merge import methods
 from merge.literature.acceptance import accept_by_score, no_answer
 from merge.merger import match_maps, merge_maps
 from merge.methods import method_names, published_names
@@ -108,3 +111,28 @@ def test_nearly_empty_maps_do_not_crash(name):
         assert answer.verdict.accepted is (answer.verdict.reason is None)
         proposals = proposer.propose(target, source, ScaleRange.known(), np.random.default_rng(0))
         assert all(proposal.target_from_source.scale == pytest.approx(1.0) for proposal in proposals)
+
+
+@dataclass(frozen=True)
+class Collapse:
+    """A method that lays one map into a small part of the other, as fits to wrong matches do."""
+
+    scale: float
+
+    def describe(self, prepared):
+        return None
+
+    def propose(self, target, source, scale, rng):
+        return ()
+
+    def published(self, target, source, scale, rng):
+        return accept_by_score(Similarity2(scale=self.scale), "score", 2.0, 1.0)
+
+
+@pytest.mark.parametrize(("scale", "found"), [(1e-16, False), (1e-4, False), (0.1, True), (10.0, True), (1e16, False)])
+def test_a_transform_that_lays_a_map_into_one_cell_is_no_answer(maps, monkeypatch, scale, found):
+    monkeypatch.setattr(methods, "_registered", {})
+    methods.register("collapse", (Collapse(scale),), Collapse(scale))
+    (answer,) = match_maps(maps, MergeSettings("collapse", as_published=True))
+    assert answer.accepted is found
+    assert (answer.target_from_source is not None) is found

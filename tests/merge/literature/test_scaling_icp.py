@@ -34,6 +34,16 @@ def test_it_converges_from_a_start_that_is_off():
     assert off_share(found.target_from_source, truth, source) < 0.002
 
 
+@pytest.mark.parametrize("scale", [1e-4, 1e4])
+def test_a_start_that_collapses_a_map_needs_no_more_memory(scale):
+    """RANSAC finds such a start where all matches lie together; a raster that held the moved source would not fit."""
+    target, source, _ = crisp_pair()
+    method = ScalingIcp()
+    maps = method.describe(target), method.describe(source)
+    found = method.register(maps[0].edges, maps[1].edges, Similarity2(scale=scale))
+    assert scale / 1.2 <= found.target_from_source.scale <= 1.2 * scale
+
+
 @pytest.mark.parametrize(("scale", "share"), [(1.0, 0.4), (0.7, 0.6), (1.6, 0.9)])
 def test_the_overlap_of_points_that_match_is_their_share(scale, share):
     """Of a source whose other points lie far off, those that match up to a fraction of a cell are kept."""
