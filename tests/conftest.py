@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -46,3 +51,20 @@ def merged_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def fresh_run(merged_run: Path, tmp_path: Path) -> Path:
     """A copy of that run, to be written to."""
     return Path(shutil.copytree(merged_run, tmp_path / "run"))
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A Dask scheduler and two workers, processes of their own on this machine."""
+    file = tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    processes = [subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", str(file)], stderr=subprocess.DEVNULL)]
+    while not file.exists():
+        time.sleep(0.1)
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
+    quiet = {"stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    processes += [subprocess.Popen([*worker, "--nthreads", "1", "--no-dashboard"], **quiet) for _ in range(2)]
+    yield json.loads(file.read_text())["address"], processes
+    for process in reversed(processes):
+        process.terminate()
+        process.wait(timeout=20)

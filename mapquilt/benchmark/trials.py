@@ -21,15 +21,13 @@ from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.results import UNIT
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair, evaluate_pair
 from mapquilt.evaluation.pair_rows import from_row, to_row
-from mapquilt.jobs.journal import JOURNAL_FILE, Entries, Entry, Journal, counting, job_folder
+from mapquilt.jobs.journal import JOURNAL_FILE, TASKS_FILE, Entries, Entry, Journal, counting, job_folder
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.jobs.timing import one_thread, warm_up
 from merge.merger import match_maps
 from merge.methods import published_names
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
-
-TASKS_FILE = "tasks.json"
 
 
 @dataclass(frozen=True)
@@ -113,11 +111,6 @@ class StoredAnswers(Sequence[EvaluatedPair]):
         for method in range(self._methods):
             for entry in self._entries.values():
                 yield _answer(entry, method)
-
-
-def unfinished_folder(out: Path) -> Path:
-    """Name the folder beside ``out`` that holds its unfinished work."""
-    return out.with_name(f".{out.name}.unfinished")
 
 
 def _tasks_text(tasks: Sequence[TrialTask], methods: Sequence[MergeSettings], seed: int) -> str:

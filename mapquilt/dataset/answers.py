@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from rich.table import Table
 
+from mapping.io.shape import require_shape
 from mapping.io.transaction import refuse_links
 from mapping.wording import counted
 from mapquilt.dataset.card import OVERLAP_BOUNDS, overlap_stratum
 from mapquilt.dataset.loader import check_files, load_dataset
+from mapquilt.dataset.manifest import MANIFEST_FILE
 from mapquilt.evaluation.aggregation import outcome_counts
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.formatting import outcome_notes, outcome_text
+from mapquilt.jobs.journal import JOURNAL_FILE, TASKS_FILE, Entry, Journal, counting, job_folder, remove_job
 from mapquilt.jobs.runner import Progress, Runner, no_progress
 from mapquilt.merging.merge_folder import merge_run
 from mapquilt.runs.folder import MERGE_FILE
 from mapquilt.scoring.score_file import score_run
 from mapquilt.viz.text_table import plain_table
 from merge.settings import MergeSettings
+
+MERGE_FOLDER = ".merge"
+"""Hidden folder of a data set that holds an unfinished merge of its samples."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +47,40 @@ def merge_samples(
 ) -> dict[str, tuple[str, ...]]:
     """Merge the maps of each sample in its own folder, and return the maps that were left out, by sample.
 
-    An older merge is replaced. Workers of a cluster must see the folder. Raises the first error of a sample, such as
-    ``ValueError`` if a file of it is not as it was made, or lies behind a link.
+    An older merge is replaced, and an interrupted one continues. Workers of a cluster must see the folder. Raises the
+    first error of a sample, such as ``ValueError`` if a file of it is not as it was made, or lies behind a link.
     """
-    samples = load_dataset(folder.resolve()).samples
+    folder = folder.resolve()
+    samples, work = load_dataset(folder).samples, folder / MERGE_FOLDER
     for sample in samples:
-        refuse_links(folder.resolve(), sample.folder)
+        refuse_links(folder, sample.folder)
     tasks = [MergeTask(sample.folder, sample.digests(), settings, seed) for sample in samples]
-    left_out = runner.run(merge_sample, tasks, on_progress)
-    return {sample.name: names for sample, names in zip(samples, left_out, strict=True)}
+    content = {"settings": repr(settings), "seed": seed, "data": file_digest(folder / MANIFEST_FILE)}
+    with job_folder(work, "merge of mapquilt", TASKS_FILE, json.dumps(content, indent=1)):
+        journal = Journal[MergeTask](work / JOURNAL_FILE, lambda task: task.folder.name, _check_entry)
+        entries = journal.run(runner, merge_sample, tasks, _entry, _is_whole, counting(on_progress, len(tasks)))
+        left_out = {name: tuple(entry["left_out"]) for name, entry in entries.items()}
+    remove_job(work, TASKS_FILE)
+    return left_out
+
+
+def file_digest(file: Path) -> str:
+    return sha256(file.read_bytes()).hexdigest()
+
+
+def _entry(task: MergeTask, result: tuple[str, ...] | BaseException) -> Entry:
+    if isinstance(result, BaseException):
+        raise result
+    return {"left_out": list(result), "merge": file_digest(task.folder / MERGE_FILE)}
+
+
+def _check_entry(entry: Entry, place: str) -> None:
+    require_shape(entry, {"left_out": [str], "merge": str}, place)
+
+
+def _is_whole(task: MergeTask, entry: Entry) -> bool:
+    merge = task.folder / MERGE_FILE
+    return merge.is_file() and file_digest(merge) == entry["merge"]
 
 
 def merge_sample(task: MergeTask) -> tuple[str, ...]:

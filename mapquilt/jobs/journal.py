@@ -21,6 +21,7 @@ from mapquilt.jobs.runner import Progress, Runner, UnfinishedError, WorkerDeathE
 
 LOCK_FILE = ".lock"
 JOURNAL_FILE = ".journal.jsonl"
+TASKS_FILE = "tasks.json"
 
 SYNC_INTERVAL = 1.0
 """Longest time that an entry waits to be forced to the disk [s]: a force costs milliseconds, and thousands of tasks may
@@ -29,6 +30,11 @@ end in a second. What the power failure of a machine loses is done again; a kill
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 Entry = dict[str, Any]
+
+
+def unfinished_folder(out: Path) -> Path:
+    """Name the folder beside ``out`` that holds its unfinished work."""
+    return out.with_name(f".{out.name}.unfinished")
 
 
 @contextmanager

@@ -6,6 +6,8 @@ import logging
 import multiprocessing
 import os
 import signal
+import socket
+import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -26,6 +28,9 @@ TASKS_PER_PROCESS = 2
 
 WORKERS_TIMEOUT = 10.0
 """Longest wait for a scheduler to answer and to have a worker [s]."""
+
+WITHOUT_WORKERS = 300.0
+"""Longest wait for a cluster without workers to have one again [s]: a batch system starts a job in minutes."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -48,7 +53,7 @@ def no_progress(done: int, total: int) -> None:
 @dataclass(frozen=True)
 class Pool:
     """Hold an executor and the number of tasks that it is given at a time, which may change; ``scheduler`` is the
-    address of its cluster, None on this machine."""
+    address of its cluster, None on this machine. A cluster without a worker has a capacity of 0."""
 
     executor: Executor
     capacity: Callable[[], int]
@@ -134,21 +139,32 @@ def dask_cluster(address: str) -> Pool:
         _check_versions(address, client)
     except TimeoutError:
         client.close()  # type: ignore[no-untyped-call]
-        raise OSError(f"--scheduler {address}: has no worker; start some: dask worker {address}") from None
+        raise OSError(f"--scheduler {address}: has no worker; start some: {_start_worker_text(address)}") from None
     # pure=False: otherwise Dask takes equal calls for one and returns the first one's result.
     executor: Executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]
 
     def threads() -> int:
         try:
-            return max(1, sum(client.nthreads().values()))  # type: ignore[no-untyped-call]
+            return sum(client.nthreads().values())  # type: ignore[no-untyped-call]
         except OSError:
             raise _gone(address) from None
 
     return Pool(executor, threads, address)
 
 
+def _start_worker_text(address: str | None) -> str:
+    return f"dask worker {address} --nthreads 1 --nworkers auto"
+
+
 def _gone(address: str | None) -> OSError:
     return OSError(f"--scheduler {address}: is gone, with the tasks that it held")
+
+
+def _deserted(address: str | None) -> OSError:
+    return OSError(
+        f"--scheduler {address}: has had no worker for {WITHOUT_WORKERS:.0f} s; start some: "
+        f"{_start_worker_text(address)}; then the same command continues"
+    )
 
 
 def _check_versions(address: str, client: Any) -> None:
@@ -240,17 +256,23 @@ class Runner:
         waiting = list(range(len(tasks) - 1, -1, -1))
         tries = [0] * len(tasks)
         running: dict[Future[Result], int] = {}
+        seen_worker = time.monotonic()
         try:
             while waiting or running:
                 if self._pool is None:
                     self._pool = self._start()
                 capacity = self._pool.capacity()
-                while waiting and len(running) < capacity:
+                if capacity:
+                    seen_worker = time.monotonic()
+                elif time.monotonic() - seen_worker > WITHOUT_WORKERS:
+                    raise _deserted(self._pool.scheduler)
+                while waiting and len(running) < max(1, capacity):
                     if running and any(tries[index] for index in (waiting[-1], *running.values())):
                         break  # what was tried before runs alone
                     index = waiting.pop()
-                    running[_submit(self._pool.executor, function, tasks[index])] = index
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                    running[_submit(self._pool, function, tasks[index])] = index
+                # Wake up without a result too: a cluster may have more workers now, or none.
+                done, _ = wait(running, WORKERS_TIMEOUT, FIRST_COMPLETED)
                 if any(future.cancelled() for future in done):
                     raise _gone(self._pool.scheduler)
                 if any(isinstance(future.exception(), BrokenProcessPool) for future in done):
@@ -270,14 +292,26 @@ class Runner:
                 future.cancel()
 
 
-def _submit(executor: Executor, function: Callable[[Task], Result], task: Task) -> Future[Result]:
+def _submit(pool: Pool, function: Callable[[Task], Result], task: Task) -> Future[Result]:
     """Hand out a task. The future of a pool whose worker died idle is that of a pool whose worker died at work."""
     try:
-        return executor.submit(function, task)
+        if pool.scheduler is not None:
+            return pool.executor.submit(call_with_same_code, code_version(), function, task)
+        return pool.executor.submit(function, task)
     except BrokenProcessPool as error:
         future: Future[Result] = Future()
         future.set_exception(error)
         return future
+
+
+def call_with_same_code(version: str, function: Callable[[Task], Result], task: Task) -> Result:
+    """Call a function on a worker. Raises ``OSError`` if the worker, which may have joined late, has other code."""
+    if code_version() != version:
+        raise OSError(
+            f"the code of a worker on {socket.gethostname()} is {code_version()}, but the command's is {version}; "
+            "install the same"
+        )
+    return function(task)
 
 
 def _named(error: BaseException) -> BaseException:

@@ -31,7 +31,7 @@ from mapquilt.benchmark.exchange.answers import read_answers
 from mapquilt.benchmark.files import load_answers, write_folder
 from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.results import build_results
-from mapquilt.benchmark.trials import TASKS_FILE, run_benchmark
+from mapquilt.benchmark.trials import run_benchmark
 from mapquilt.dataset.carried_plans import carry_plans
 from mapquilt.dataset.make import is_whole
 from mapquilt.dataset.manifest import read_manifest
@@ -39,7 +39,7 @@ from mapquilt.dataset.plan import MissionPlan, plan_dataset
 from mapquilt.dataset.spec import load_spec, ready_spec
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.pair_rows import to_row
-from mapquilt.jobs.journal import JOURNAL_FILE, Journal
+from mapquilt.jobs.journal import JOURNAL_FILE, TASKS_FILE, Journal
 from mapquilt.jobs.runner import Pool, Runner
 from mapquilt.json_file import to_text
 from mapquilt.logs.bag_log import load_bag

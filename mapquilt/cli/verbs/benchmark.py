@@ -20,12 +20,12 @@ from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
 from mapquilt.benchmark.results import build_results
 from mapquilt.benchmark.table import calibration_table, terminal_table
-from mapquilt.benchmark.trials import TASKS_FILE, chosen_methods, run_benchmark, unfinished_folder
+from mapquilt.benchmark.trials import chosen_methods, run_benchmark
 from mapquilt.cli.application import new_app
 from mapquilt.cli.options.merge import SCALE_HELP
 from mapquilt.cli.options.workers import SchedulerOption, chosen_workers
 from mapquilt.cli.tables import print_table
-from mapquilt.jobs.journal import remove_job
+from mapquilt.jobs.journal import TASKS_FILE, remove_job, unfinished_folder
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.runs.folder import refuse_foreign, spare_inputs

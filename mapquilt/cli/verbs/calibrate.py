@@ -19,14 +19,14 @@ from mapquilt.benchmark.held_out import HeldOut, hold_out_each
 from mapquilt.benchmark.pair import BenchmarkPair
 from mapquilt.benchmark.pair_list import read_pair_list
 from mapquilt.benchmark.pair_sets import dataset_pairs, even_sample
-from mapquilt.benchmark.trials import TASKS_FILE, run_benchmark, unfinished_folder
+from mapquilt.benchmark.trials import run_benchmark
 from mapquilt.benchmark.world_split import WorldSplit, split_by_world
 from mapquilt.cli.options.workers import SchedulerOption, WorkersOption, chosen_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.calibration import Calibration, calibration
 from mapquilt.evaluation.evaluated_pair import EvaluatedPair
 from mapquilt.evaluation.formatting import number_text
-from mapquilt.jobs.journal import remove_job
+from mapquilt.jobs.journal import TASKS_FILE, remove_job, unfinished_folder
 from mapquilt.jobs.progress import count_progress
 from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import write_record

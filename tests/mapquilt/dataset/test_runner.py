@@ -23,6 +23,7 @@ from mapquilt.jobs.runner import (
     WorkerDeathError,
     Workers,
     _check_versions,
+    call_with_same_code,
     dask_cluster,
     process_pool,
 )
@@ -169,23 +170,6 @@ def test_zero_workers_are_refused():
         Workers(0)
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """A Dask scheduler and two workers, processes of their own on this machine."""
-    file = tmp_path / "scheduler.json"
-    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
-    processes = [subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", str(file)], stderr=subprocess.DEVNULL)]
-    while not file.exists():
-        time.sleep(0.1)
-    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(file)]
-    quiet = {"stderr": subprocess.DEVNULL, "cwd": tmp_path}
-    processes += [subprocess.Popen([*worker, "--nthreads", "1", "--no-dashboard"], **quiet) for _ in range(2)]
-    yield json.loads(file.read_text())["address"], processes
-    for process in reversed(processes):
-        process.terminate()
-        process.wait(timeout=20)
-
-
 def test_a_cluster_makes_the_same_bytes_even_if_a_worker_is_killed(cluster, tiny, spec_file, tmp_path):
     address, processes = cluster
     arguments = ["dataset", "make", str(spec_file), "--out", str(tmp_path / "data"), "--scheduler", address]
@@ -243,6 +227,24 @@ def test_a_scheduler_that_dies_ends_the_run_in_one_error(cluster):
             runner.run(time.sleep, [60.0] * 4)
     for worker in processes[1:]:  # they wait for the scheduler to come back
         worker.kill()
+
+
+def test_a_worker_of_another_code_that_joins_late_is_a_fault_of_the_machine():
+    assert call_with_same_code(code_version(), square, 7) == 49
+    with pytest.raises(OSError, match=r"the code of a worker on .* is .*, but the command's is 0\.1\.0\+abc"):
+        call_with_same_code("0.1.0+abc", square, 7)
+
+
+def test_a_cluster_that_lost_all_workers_ends_the_run_after_a_while(cluster, monkeypatch):
+    monkeypatch.setattr(runner_module, "WITHOUT_WORKERS", 1.0)
+    monkeypatch.setattr(runner_module, "WORKERS_TIMEOUT", 3.0)
+    address, processes = cluster
+    with Runner(Workers(1, address)) as runner:
+        assert runner.run(square, [3]) == [9]
+        for worker in processes[1:]:
+            worker.terminate()
+        with pytest.raises(OSError, match="has had no worker for 1 s; start some: dask worker tcp://"):
+            runner.run(time.sleep, [60.0] * 4)
 
 
 def test_a_scheduler_without_workers_says_how_to_start_one(monkeypatch, tmp_path):
