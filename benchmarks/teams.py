@@ -21,7 +21,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_team
+from benchmarks.team_injection.drawn_team import DrawnTeam
 from benchmarks.team_injection.fused_walls import FusionTrial, fusion_trial
 from benchmarks.team_injection.trials import (
     InjectionTrial,
@@ -33,7 +33,7 @@ from benchmarks.team_injection.trials import (
     pose_trial,
 )
 from benchmarks.team_injection.usage import usage
-from mapping.map_set import MapSet
+from benchmarks.team_scale import draw_building
 from mapquilt.cli.options.merge import PRELOADED, pair_workers
 from mapquilt.cli.tables import print_table
 from mapquilt.evaluation.statistics import Share, ratio_of_medians_over_clusters
@@ -43,10 +43,8 @@ from mapquilt.viz.text_table import plain_table
 from merge.fusion import FUSIONS
 from merge.merger import merge_maps
 from merge.records.result import PairResult
-from worlds.families.registry import make_world
 
 SHARE = 0.3
-SPEED_SEED = 5
 
 Trial = TypeVar("Trial")
 
@@ -158,7 +156,7 @@ def bench_speed(maps: int = 20, workers: int = 2) -> None:
     """Measure a team of maps of about 400 x 400 cells with known scale."""
     began = time.perf_counter()
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as elsewhere:  # so that its imports do not count here
-        team = elsewhere.submit(_large_team, maps).result()
+        team = elsewhere.submit(draw_building, maps).result().maps
     drawing = time.perf_counter() - began
     shapes = np.array([grid.cropped().frame.shape for grid in team.grids])
     start = time.perf_counter()
@@ -179,12 +177,6 @@ def bench_speed(maps: int = 20, workers: int = 2) -> None:
     table.add_row("memory in all, shared pages once", f"{used.whole:.0f} MB", "1000 MB for 20")
     table.add_row("memory here, largest worker", f"{used.own:.0f}, {used.largest_worker:.0f} MB", "")
     print_table(table)
-
-
-def _large_team(maps: int) -> MapSet:
-    side = max(40.0, 9.0 * maps**0.5)
-    settings = DrawnSettings(maps=maps, reach=7.0, range=6.5)
-    return draw_team(make_world("office", 3, side, 0.7 * side), settings, np.random.default_rng(SPEED_SEED)).maps
 
 
 if __name__ == "__main__":

@@ -11,9 +11,9 @@ from mapping.map_set import MapSet
 from merge.multimap import verdicts
 from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
 from merge.multimap.clustering import cluster_maps
-from merge.multimap.graph import Cluster, ClusterAlignment, Pair
+from merge.multimap.graph import Cluster, ClusterAlignment, Pair, in_matching_order
 from merge.multimap.joint_icp import joint_icp
-from merge.multimap.pair_selection import in_matching_order, score_all, select
+from merge.multimap.pair_selection import nearest_partners, score_all, select
 from merge.multimap.pose_graph import join_clusters, refit_cluster
 from merge.multimap.results import merge_result
 from merge.multimap.stitching import stitch
@@ -91,7 +91,8 @@ def solve(team: Team, known: Answers) -> Solution:
     scores = score_all(team, known)
     answers = match_pairs(team, known, select(team, scores, known))
     clusters = cluster(team, answers)
-    for _ in range(team.settings.multimap.selection.rounds - 1):
+    selection = team.settings.multimap.selection
+    for _ in range((selection.indexed_rounds if team.indexed else selection.rounds) - 1):
         selected = select(team, scores, answers, clusters)
         if not selected:
             break
@@ -151,7 +152,15 @@ def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tup
     joined = {edge.pair for edge in cluster.edges}
     others = [pair for pair in combinations(sorted(cluster.poses), 2) if pair not in joined]
     least = team.settings.multimap.clustering.guided_log_odds
-    near = [pair for pair in others if team.likelihood(*pair, cluster.target_from_source(*pair)) >= least]
+    ordered = {index: cluster.poses[index] for index in sorted(cluster.poses)}
+    near = [
+        (a, b)
+        for a, b in team.model.neighbours(ordered, ordered)
+        if a < b and (a, b) not in joined and team.likelihood(a, b, cluster.target_from_source(a, b)) >= least
+    ]
+    overlapping = set(near)
+    if team.indexed:
+        near = nearest_partners(team, cluster, near)
     found = dict(zip(near, _match_where_predicted(team, cluster, near), strict=True))
     updated, edges = dict(answers), list(cluster.edges)
     bridges = team.chain_confidences(cluster, answers)
@@ -161,7 +170,7 @@ def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tup
         accepted = verdicts.with_guided_answer(answers.get(pair), guided, agrees, bridges[pair])
         if accepted is not None:
             edges.append(team.edge(accepted))
-        updated[pair] = accepted or verdicts.outside_graph(answers.get(pair), team.task(pair), pair in found)
+        updated[pair] = accepted or verdicts.outside_graph(answers.get(pair), team.task(pair), pair in overlapping)
     if len(edges) > len(cluster.edges):
         cluster = refit_cluster(Cluster(cluster.poses, tuple(edges)), edges, team.model)
     return cluster, updated

@@ -70,12 +70,12 @@ class DrawnTeam:
 def draw_team(world: World, settings: DrawnSettings, rng: np.random.Generator) -> DrawnTeam:
     """Draw a team's maps of a world. The same generator gives the same team."""
     free = _floor(true_raster(world, COARSE))
-    travels: list[NDArray[np.float64]] = []
+    nearest = np.full(free.shape, np.inf)
     grids, truths = [], []
     with BulletScene(world, []) as scene:
         for _ in range(settings.maps):
-            travel, start = _start(free, travels, settings, rng)
-            travels.append(travel)
+            travel, start = _start(free, nearest, settings, rng)
+            nearest = np.minimum(nearest, travel)
             grid, truth = _draw_map(scene, travel, start, settings, rng)
             grids.append(grid)
             truths.append(truth)
@@ -96,21 +96,31 @@ def _floor(raster: OccupancyGrid) -> NDArray[np.bool_]:
 
 
 def _start(
-    free: NDArray[np.bool_], travels: list[NDArray[np.float64]], settings: DrawnSettings, rng: np.random.Generator
+    free: NDArray[np.bool_], nearest: NDArray[np.float64], settings: DrawnSettings, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], tuple[int, int]]:
-    """Draw a start; return the travel distance of each coarse cell from it [m], and its cell."""
-    there = free
-    if travels:
-        near = np.min(travels, axis=0)
-        there = (near > NEAREST * settings.reach) & (near < FARTHEST * settings.reach)
+    """Draw a start; return the travel distance of each coarse cell from it [m], and its cell.
+
+    ``nearest`` is the travel distance to the nearest earlier start, infinite before the first.
+    """
+    there = (nearest > NEAREST * settings.reach) & (nearest < FARTHEST * settings.reach)
     cells = np.argwhere(there if there.any() else free)
     row, col = cells[int(rng.integers(len(cells)))].tolist()
-    return _travel(free, (row, col)), (row, col)
+    return _travel(free, (row, col), settings.reach), (row, col)
 
 
-def _travel(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.float64]:
-    costs, _ = MCP_Geometric(np.where(free, 1.0, -1.0), fully_connected=True).find_costs([start])
-    return np.asarray(costs, np.float64) * COARSE
+def _travel(free: NDArray[np.bool_], start: tuple[int, int], reach: float) -> NDArray[np.float64]:
+    """Return the travel distance of each coarse cell within ``reach`` [m]; farther cells are infinitely far.
+
+    Only the cells around the start take part, so that the size of the building costs no time.
+    """
+    around = math.ceil(reach / COARSE) + 1
+    low = [max(0, place - around) for place in start]
+    box = tuple(slice(first, place + around + 1) for first, place in zip(low, start, strict=True))
+    search = MCP_Geometric(np.where(free[box], 1.0, -1.0), fully_connected=True)
+    costs, _ = search.find_costs([tuple(place - first for first, place in zip(low, start, strict=True))])
+    travel = np.full(free.shape, np.inf)
+    travel[box] = np.where(costs * COARSE <= reach, costs * COARSE, np.inf)
+    return travel
 
 
 def _draw_map(

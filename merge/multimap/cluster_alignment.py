@@ -55,10 +55,10 @@ def cell_log_odds(
     but: frozenset[Pair] = frozenset(),
 ) -> float:
     """Sum the log-odds, from the cells, of all pairs across two clusters, ``but`` for some."""
+    moved = {b: first_from_second @ second_from_b for b, second_from_b in second.poses.items()}
     return sum(
-        model.likelihood(a, b, first_from_a.inverse() @ first_from_second @ second_from_b)
-        for a, first_from_a in first.poses.items()
-        for b, second_from_b in second.poses.items()
+        model.likelihood(a, b, first.poses[a].inverse() @ first_from_second @ second.poses[b])
+        for a, b in model.neighbours(first.poses, moved)
         if (min(a, b), max(a, b)) not in but
     )
 
@@ -98,6 +98,6 @@ def _hops_between(first: Cluster, second: Cluster, table: EdgeTable) -> NDArray[
     """Count the edges inside the clusters between the ends of each two edges: (E, E)."""
     total = np.zeros((len(table.log_odds),) * 2)
     for cluster, indices in ((first, table.targets), (second, table.sources)):
-        at = np.searchsorted(sorted(cluster.poses), indices)
-        total += hop_distances(cluster)[np.ix_(at, at)]
+        members, at = np.unique(indices, return_inverse=True)
+        total += hop_distances(cluster, members.tolist())[np.ix_(at, at)]
     return total

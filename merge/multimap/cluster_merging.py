@@ -10,6 +10,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator
 
+from scipy.special import logit
+
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.fusion import fuse
@@ -33,8 +35,11 @@ class FusedMatch:
 def match_fused_clusters(team: Team, answers: Answers, first: Cluster, second: Cluster) -> FusedMatch | None:
     """Match two clusters as one map each, if enough refused answers suggest the same alignment.
 
-    None if they do not, the match is refused, it does not agree with those answers, or a prior contradicts it.
+    None if they do not, the match is refused, it does not agree with those answers, a prior contradicts it, or the two
+    have too many maps.
     """
+    if len(first.poses) + len(second.poses) > team.settings.multimap.selection.fused_maps:
+        return None
     across = sorted((min(a, b), max(a, b)) for a in first.poses for b in second.poses)
     least = team.settings.multimap.merging.min_agreeing_refusals
     edges = [team.edge(each) for pair in across if pair in answers for each in _refused_answers(answers[pair])]
@@ -49,7 +54,7 @@ def match_fused_clusters(team: Team, answers: Answers, first: Cluster, second: C
     units = team.maps.units[target], team.maps.units[source]
     task = PairTask(("merged", "merged"), (target_grid, source_grid), units, team.scale, team.settings, team.seed)
     (found,) = team.run(match, [task])
-    if not found.accepted or found.target_from_source is None:
+    if not found.accepted or found.target_from_source is None or logit(found.confidence) <= team.prior_log_odds:
         return None
     local = team.local(found.target_from_source, target, source)
     first_from_second = first.poses[target] @ local @ second.poses[source].inverse()

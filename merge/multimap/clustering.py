@@ -33,7 +33,11 @@ def cluster_maps(maps: int, edges: Sequence[Edge], model: ConsistencyModel) -> l
     """
     weighted = weigh_by_cycles(edges, model)
     best = _grow(maps, weighted, edges, model)
-    contradicted = [edge for edge in weighted if not any(cluster.contains(edge) for cluster in best)]
+    contradicted = [
+        each
+        for each, edge in zip(weighted, edges, strict=True)
+        if (model.cells_join or edge.log_odds > 0.0) and not any(cluster.contains(each) for cluster in best)
+    ]
     if not contradicted:
         return best
     most = total_log_odds(best, edges, model)
@@ -65,9 +69,9 @@ def _grow(
         first, second = min(ranked)[1]
         alignment = options[first, second].pop(0)
         pairs = pairs_of(alignment.edges)
-        log_odds = sum(edge.log_odds for edge in edges if edge.pair in pairs)
-        log_odds += cell_log_odds(clusters[first], clusters[second], alignment.first_from_second, model, but=pairs)
-        if log_odds <= 0.0:
+        log_odds = [edge.log_odds for edge in edges if edge.pair in pairs]
+        cells = cell_log_odds(clusters[first], clusters[second], alignment.first_from_second, model, but=pairs)
+        if sum(log_odds) + cells <= 0.0 or not (model.cells_join or max(log_odds) + min(0.0, cells) > 0.0):
             continue
         clusters = _joined(clusters, first, second, alignment, model)
         options = {roots: alignments for roots, alignments in options.items() if not {first, second} & set(roots)}

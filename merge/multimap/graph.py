@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, shortest_path
+from scipy.sparse.csgraph import connected_components, dijkstra, reverse_cuthill_mckee
 from scipy.special import chdtri
 
 from mapping.geometry.similarity2 import Similarity2
@@ -139,11 +139,18 @@ class ClusterAlignment:
 
 @dataclass(frozen=True, eq=False)
 class ConsistencyModel:
-    """The measure by which edges, cells and poses agree: the likelihood of the cells and a chi-square test of edges."""
+    """The measure by which edges, cells and poses agree: the likelihood of the cells and a chi-square test of edges.
+
+    ``reaches`` [cells] are radii around the local frames of the maps: the likelihood of maps is 0 if these circles do
+    not overlap. Without them every pair is evaluated. With
+    ``cells_join`` False, cells that agree do not join two clusters without answers.
+    """
 
     likelihood: PairLikelihood
     fixed_scale: bool
     settings: MultimapSettings = MultimapSettings()
+    reaches: Sequence[float] | None = None
+    cells_join: bool = True
 
     @cached_property
     def gate(self) -> float:
@@ -154,6 +161,23 @@ class ConsistencyModel:
         """Test if an edge and a prediction, with its covariance (4, 4), may both be right."""
         error = EdgeTable.of([edge]).squared_errors(Similarity2Array.of([predicted]), self.fixed_scale, prediction)
         return bool(error[0] < self.gate)
+
+    def neighbours(self, first: Mapping[int, Similarity2], second: Mapping[int, Similarity2]) -> list[Pair]:
+        """List the pairs of a map of ``first`` and one of ``second``, posed in one frame, that may overlap, in order.
+
+        The circles are wider by a few cells than those of the likelihood, which rounds poses.
+        """
+        if self.reaches is None or not (first and second):
+            return [(a, b) for a in first for b in second]
+        (there, here), radii = (
+            (Similarity2Array.of(poses.values()) for poses in (first, second)),
+            np.array(self.reaches),
+        )
+        near = np.abs(there.turn) * (radii[list(first)] + 3.0), np.abs(here.turn) * (radii[list(second)] + 3.0)
+        apart = np.abs(there.shift[:, None] - here.shift[None])
+        indices = np.argwhere(apart < near[0][:, None] + near[1][None]).tolist()
+        rows, cols = list(first), list(second)
+        return [(rows[i], cols[k]) for i, k in indices]
 
     def agreeing(self, cluster: Cluster, edges: Sequence[Edge]) -> tuple[Edge, ...]:
         """Select the edges inside a cluster that agree with its poses."""
@@ -215,15 +239,31 @@ def pairs_of(edges: Sequence[Edge]) -> frozenset[Pair]:
     return frozenset(edge.pair for edge in edges)
 
 
+def in_matching_order(pairs: Sequence[Pair]) -> list[Pair]:
+    """Order the pairs so that those of a map and of its partners follow one another.
+
+    Their features are then still in the cache. Source: Cuthill and McKee 1969.
+    """
+    if not pairs:
+        return []
+    ends = np.array(pairs).T
+    number = int(ends.max()) + 1
+    graph = csr_array((np.ones(2 * len(pairs)), np.hstack((ends, ends[::-1]))), shape=(number, number))
+    rank = np.argsort(reverse_cuthill_mckee(graph, symmetric_mode=True))
+    return sorted(pairs, key=lambda pair: sorted(rank[list(pair)].tolist()))
+
+
 def is_connected(cluster: Cluster, edges: Sequence[Edge]) -> bool:
     """Check if the edges join all maps of a cluster."""
     return int(connected_components(adjacency(sorted(cluster.poses), edges), directed=False)[0]) == 1
 
 
-def hop_distances(cluster: Cluster) -> NDArray[np.float64]:
-    """Count the edges between any two maps of a cluster (N, N), in the order of their indices."""
-    graph = adjacency(sorted(cluster.poses), cluster.edges)
-    return np.asarray(shortest_path(graph, directed=False, unweighted=True), np.float64)
+def hop_distances(cluster: Cluster, members: Collection[int]) -> NDArray[np.float64]:
+    """Count the edges of a cluster between any two of these ``members`` (M, M), in the order of their indices."""
+    ordered = sorted(cluster.poses)
+    chosen = np.searchsorted(ordered, sorted(members))
+    graph = adjacency(ordered, cluster.edges)
+    return np.asarray(dijkstra(graph, directed=False, unweighted=True, indices=chosen), np.float64)[:, chosen]
 
 
 def chain_confidences(members: Sequence[int], links: Mapping[Pair, float]) -> dict[Pair, float]:

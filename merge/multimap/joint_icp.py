@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mapping.geometry.similarity2 import Similarity2
 from merge.alignment.correspondences import add_equations, add_equations_back
 from merge.alignment.settings import AlignmentSettings
-from merge.multimap.graph import Cluster, Edge, Pair
+from merge.multimap.graph import Cluster, Edge, Pair, in_matching_order
 from merge.multimap.overlap_likelihood import prepared_from_local
 from merge.multimap.pose_graph import optimise_poses
 from merge.multimap.settings import JointIcpSettings
@@ -40,14 +40,17 @@ def joint_icp(
     """
     if len(cluster.edges) < len(cluster.poses):
         return cluster
-    poses = dict(cluster.poses)
+    poses, edge_of = dict(cluster.poses), {edge.pair: edge for edge in cluster.edges}
+    in_turn = in_matching_order(list(edge_of))
     for step in range(settings.rounds):
         progress = step / (settings.rounds - 1)
-        fits = [
-            _fit_edge(poses, e, prepared, tolerances.get(e.pair), progress, fixed_scale, settings, alignment)
-            for e in cluster.edges
-        ]
-        edges = [edge for edge in fits if edge is not None]
+        fits = {
+            pair: _fit_edge(
+                poses, edge_of[pair], prepared, tolerances.get(pair), progress, fixed_scale, settings, alignment
+            )
+            for pair in in_turn
+        }
+        edges = [fit for edge in cluster.edges if (fit := fits[edge.pair]) is not None]
         if len(edges) == len(cluster.edges):
             poses = optimise_poses(poses, edges, cluster.root, fixed_scale)
     refined = Cluster(poses, cluster.edges)
@@ -59,12 +62,13 @@ def mean_score(
     cluster: Cluster, prepared: Prepared, points: int, alignment: AlignmentSettings = AlignmentSettings()
 ) -> float:
     """Average the wall overlap score over the edges of a cluster."""
-    scores = []
-    for edge in cluster.edges:
+    scores, edge_of = {}, {edge.pair: edge for edge in cluster.edges}
+    for pair in in_matching_order(list(edge_of)):
+        edge = edge_of[pair]
         maps = prepared(edge.target), prepared(edge.source)
         pose = prepared_from_local(*maps, cluster.target_from_source(edge.target, edge.source))
-        scores.append(measure_wall_overlap(*maps, pose, points, alignment.overlap).score)
-    return float(np.mean(scores))
+        scores[pair] = measure_wall_overlap(*maps, pose, points, alignment.overlap).score
+    return float(np.mean([scores[edge.pair] for edge in cluster.edges]))
 
 
 def _fit_edge(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -45,9 +44,11 @@ def total_log_odds(clusters: Sequence[Cluster], edges: Sequence[Edge], model: Co
     total = 0.0
     for cluster in clusters:
         total += sum(edge.log_odds for edge in model.agreeing(cluster, edges))
+        ordered = {index: cluster.poses[index] for index in sorted(cluster.poses)}
         total += sum(
-            model.likelihood(*pair, cluster.target_from_source(*pair))
-            for pair in combinations(sorted(cluster.poses), 2)
+            model.likelihood(a, b, cluster.target_from_source(a, b))
+            for a, b in model.neighbours(ordered, ordered)
+            if a < b
         )
     return total
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import OrderedDict
 from collections.abc import Sequence
 
 from mapping.geometry.scale_range import ScaleRange
@@ -35,7 +36,7 @@ class OverlapLikelihood:
         self._alignment = alignment
         self._maps, self._frames, self._cache, self._settings = maps, frames, cache, settings
         self._known: dict[tuple[int, int, Similarity2], float] = {}
-        self._prepared: dict[int, PreparedMap] = {}
+        self._prepared: OrderedDict[int, PreparedMap] = OrderedDict()
 
     def __call__(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if target > source:
@@ -49,6 +50,9 @@ class OverlapLikelihood:
         """Return the prepared map of an index."""
         if index not in self._prepared:
             self._prepared[index] = self._cache.prepared(self._maps.grids[index])
+        self._prepared.move_to_end(index)
+        if len(self._prepared) > self._settings.prepared_maps:
+            self._prepared.popitem(last=False)
         return self._prepared[index]
 
     def forget_prepared(self) -> None:

@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.seeds import Role, stream
 from merge.multimap.graph import Cluster, Pair
 from merge.multimap.team import Answers, Team
-from merge.pair.feature_cache import FeatureCache
+from merge.pair.feature_cache import FeatureCache, cell_width, prepare_map
 from merge.pair.task import CanonicalOrder, PairTask
+from merge.retrieval.similar_places import place_scores
+from merge.retrieval.wall_patches import WallPatches, describe_walls
+from merge.settings import MergeSettings
 from merge.verification.wall_overlap import measure_wall_overlap
 
 
 def score_all(team: Team, known: Answers) -> NDArray[np.float64] | None:
-    """Score all pairs that are not known yet by a coarse search: (N, N), symmetric.
+    """Score all pairs that are not known yet by a coarse search, or all pairs by an index: (N, N), symmetric.
 
     None for a team so small that all its pairs are matched.
     """
     settings = team.settings.multimap.selection
     if len(team.maps) <= settings.partners + 1:
         return None
+    if team.indexed:
+        return index_scores(team)
     scores = np.zeros((len(team.maps), len(team.maps)))
     blocks = in_blocks((pair for pair in team.pairs if pair not in known), settings.block_maps)
     tasks = [tuple(map(team.task, block)) for block in blocks]
@@ -35,15 +40,42 @@ def score_all(team: Team, known: Answers) -> NDArray[np.float64] | None:
     return scores
 
 
+def index_scores(team: Team) -> NDArray[np.float64]:
+    """Score how likely maps show the same place: (N, N), symmetric; 0 for pairs that share no similar patches."""
+    tasks = [DescribeTask(grid, team.settings) for grid in team.maps.grids]
+    return np.asarray(place_scores(team.run(describe, tasks), team.settings.multimap.retrieval).toarray())
+
+
+@dataclass(frozen=True, eq=False)
+class DescribeTask:
+    """A map to describe for the index."""
+
+    grid: OccupancyGrid
+    settings: MergeSettings
+
+
+def describe(task: DescribeTask, cache: FeatureCache | None = None) -> WallPatches:
+    """Describe the wall patches of a map."""
+    prepared = prepare_map(task.grid, task.settings.preparation)
+    cell = task.grid.frame.resolution * cell_width(prepared)
+    return describe_walls(prepared, cell, task.settings.multimap.retrieval.patches)
+
+
 def select(
     team: Team, scores: NDArray[np.float64] | None, known: Answers, clusters: Sequence[Cluster] | None = None
 ) -> list[Pair]:
     """Select the pairs to match next: of those without an answer, and between clusters if there are any, the best."""
+    settings = team.settings.multimap.selection
     wanted = [pair for pair in team.pairs if pair not in known]
+    if team.indexed and scores is not None:
+        wanted = [pair for pair in wanted if scores[pair] > 0.0]
+        if clusters is None:
+            return best_partners(scores, wanted, settings.indexed_partners)
+        return best_bridges(scores, wanted, clusters, settings.bridges)
     if clusters is not None:
         root_of = {member: cluster.root for cluster in clusters for member in cluster.poses}
         wanted = [(a, b) for a, b in wanted if root_of[a] != root_of[b]]
-    return wanted if scores is None else best_partners(scores, wanted, team.settings.multimap.selection.partners)
+    return wanted if scores is None else best_partners(scores, wanted, settings.partners)
 
 
 def coarse_scores(tasks: Sequence[PairTask], cache: FeatureCache | None = None) -> list[float]:
@@ -86,20 +118,6 @@ def in_blocks(pairs: Iterable[Pair], maps: int) -> list[list[Pair]]:
     return list(blocks.values())
 
 
-def in_matching_order(pairs: Sequence[Pair]) -> list[Pair]:
-    """Order the pairs so that those of a map and of its partners follow one another.
-
-    Their features are then still in the cache. Source: Cuthill and McKee 1969.
-    """
-    if not pairs:
-        return []
-    ends = np.array(pairs).T
-    number = int(ends.max()) + 1
-    graph = csr_array((np.ones(2 * len(pairs)), np.hstack((ends, ends[::-1]))), shape=(number, number))
-    rank = np.argsort(reverse_cuthill_mckee(graph, symmetric_mode=True))
-    return sorted(pairs, key=lambda pair: sorted(rank[list(pair)].tolist()))
-
-
 def best_partners(scores: NDArray[np.float64], wanted: Iterable[Pair], most: int) -> list[Pair]:
     """Select the wanted pairs that are among the ``most`` best of either map, in order.
 
@@ -112,4 +130,41 @@ def best_partners(scores: NDArray[np.float64], wanted: Iterable[Pair], most: int
         if min(taken[list(pair)]) < most:
             kept.append(pair)
             taken[list(pair)] += 1
+    return sorted(kept)
+
+
+def best_bridges(
+    scores: NDArray[np.float64], wanted: Iterable[Pair], clusters: Sequence[Cluster], most: int
+) -> list[Pair]:
+    """Select the wanted pairs between clusters that are among the ``most`` best of the smaller one, in order.
+
+    Of equals the earlier pairs are taken; of two clusters of one size the one with the larger root is the smaller.
+    """
+    cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
+    taken = dict.fromkeys((cluster.root for cluster in clusters), 0)
+    kept = []
+    for a, b in sorted(wanted, key=lambda pair: (-scores[pair], pair)):
+        smaller, larger = sorted((cluster_of[a], cluster_of[b]), key=lambda each: (len(each.poses), -each.root))
+        if smaller.root != larger.root and taken[smaller.root] < most:
+            kept.append((a, b))
+            taken[smaller.root] += 1
+    return sorted(kept)
+
+
+def nearest_partners(team: Team, cluster: Cluster, wanted: Sequence[Pair]) -> list[Pair]:
+    """Select the wanted pairs of a cluster until each map has ``guided_partners``, the nearest for their size first."""
+    partners = np.zeros(len(team.maps), dtype=int)
+    for edge in cluster.edges:
+        partners[[edge.target, edge.source]] += 1
+    diagonals = [frame.diagonal for frame in team.frames]
+
+    def distance(pair: Pair) -> float:
+        between = cluster.target_from_source(*pair)
+        return math.hypot(between.x, between.y) / (diagonals[pair[0]] + between.scale * diagonals[pair[1]])
+
+    kept = []
+    for pair in sorted(wanted, key=lambda pair: (distance(pair), pair)):
+        if min(partners[list(pair)]) < team.settings.multimap.selection.guided_partners:
+            kept.append(pair)
+            partners[list(pair)] += 1
     return sorted(kept)

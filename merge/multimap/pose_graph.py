@@ -68,10 +68,8 @@ def leave_one_out_residuals(
         return np.zeros(len(edges))
     system = _System.of(poses, edges, root, fixed_scale)
     at = pack_poses(poses, system.free, system.unknowns)
-    jacobian = np.asarray(system.jacobian(at).todense())
-    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-    jacobian = jacobian.reshape(len(edges), system.unknowns, -1)
-    redundancy = np.eye(system.unknowns) - jacobian @ covariance @ jacobian.transpose(0, 2, 1)
+    blocks = system.blocks(at)
+    redundancy = np.eye(system.unknowns) - blocks @ system.end_covariances(at) @ blocks.transpose(0, 2, 1)
     controlled = np.linalg.eigvalsh(redundancy)[:, 0] > min_redundancy
     redundancy[~controlled] = np.eye(system.unknowns)
     error = system.residuals(at).reshape(len(edges), system.unknowns, 1)
@@ -113,18 +111,32 @@ class _System:
 
     def jacobian(self, values: NDArray[np.float64]) -> csr_array:
         """Return the sparse Jacobian: a block for the target and one for the source of each edge."""
-        placed = self._placed(values)
-        number = self.unknowns
-        kept = [k for k in range(8) if k % 4 < number]
-        blocks = (
-            self.whiteners @ relative_pose_jacobian(placed[self.targets], placed[self.sources])[:, :number][:, :, kept]
-        )
+        number, blocks = self.unknowns, self.blocks(values)
         first = np.stack((self.targets, self.sources), axis=-1) * number
         cols = np.broadcast_to((first[:, :, None] + np.arange(number)).reshape(-1, 1, 2 * number), blocks.shape)
         rows = np.broadcast_to(np.arange(len(blocks) * number).reshape(-1, number, 1), blocks.shape)
         moved = cols < number * len(self.free)
         shape = len(blocks) * number, number * len(self.free)
         return csr_array((blocks[moved], (rows[moved], cols[moved])), shape=shape)
+
+    def blocks(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the whitened derivatives (E, U, 2 U) of each edge by the poses of its target and its source."""
+        placed = self._placed(values)
+        kept = [k for k in range(8) if k % 4 < self.unknowns]
+        by_ends = relative_pose_jacobian(placed[self.targets], placed[self.sources])
+        return np.asarray(self.whiteners @ by_ends[:, : self.unknowns][:, :, kept])
+
+    def end_covariances(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the covariances (E, 2 U, 2 U) of the poses of the target and the source of each edge."""
+        from scipy.sparse.linalg import splu  # only teams need it
+
+        jacobian, number = self.jacobian(values), self.unknowns
+        size = number * len(self.free)
+        covariance = np.zeros((size + number,) * 2)  # that of the root is 0
+        covariance[:size, :size] = splu((jacobian.T @ jacobian).tocsc()).solve(np.eye(size))
+        first = np.stack((self.targets, self.sources), axis=-1) * number
+        at = (first[:, :, None] + np.arange(number)).reshape(-1, 2 * number)
+        return np.asarray(covariance[at[:, :, None], at[:, None, :]])
 
     def _placed(self, values: NDArray[np.float64]) -> Similarity2Array:
         rows = values.reshape(len(self.free), self.unknowns)

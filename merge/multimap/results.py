@@ -23,7 +23,9 @@ CALIBRATED = "quilt"
 
 def merge_result(team: Team, solution: Solution) -> MergeResult:
     """Fuse each cluster in the frame of its reference, by default its first map, and order pairs and maps as given."""
-    in_given_order = sorted(solution.answers, key=lambda pair: tuple(map(team.names.index, team.task(pair).names)))
+    in_given_order = sorted(
+        solution.answers, key=lambda pair: sorted(team.rank[team.maps.names[index]] for index in pair)
+    )
     pairs = tuple(solution.answers[pair] for pair in in_given_order)
     merged = [_merged(team, cluster) for cluster in solution.clusters]
     merged.sort(key=lambda group: _rank(team, group), reverse=True)

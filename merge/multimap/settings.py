@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from mapping.validation import require_valid
+from merge.retrieval.settings import RetrievalSettings
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,15 @@ class PairSelectionSettings:
     - ``coarse_scale_step``, ``coarse_cells``, ``coarse_peaks``, ``coarse_proposals``: the search that ranks pairs, as
       in ``NormalCorrelation``, so coarse that it costs a twentieth of a match;
     - ``coarse_points``: wall points on which its poses are scored;
-    - ``block_maps``: pairs are ranked in blocks of so many maps by so many, so that a worker prepares a map once.
+    - ``block_maps``: pairs are ranked in blocks of so many maps by so many, so that a worker prepares a map once;
+    - ``min_indexed_maps``: from so many maps of known scale on, an index of wall patches ranks the pairs instead
+      (``merge.retrieval``). All pairs of 40 maps cost as much as matching 40 pairs;
+    - ``indexed_partners``, ``indexed_rounds``: the same numbers for such a team;
+    - ``bridges``: in the rounds after the first so many pairs of each cluster are matched that is still by itself;
+    - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
+      partners. Cycles reject wrong answers, and three close enough of them;
+    - ``fused_maps``: two clusters of a team are matched as one map each if they have so many maps at most together;
+      more are one raster of a whole building, in cells too wide to tell places apart.
     """
 
     rounds: int = 2
@@ -29,6 +38,12 @@ class PairSelectionSettings:
     coarse_proposals: int = 6
     coarse_points: int = 400
     block_maps: int = 10
+    min_indexed_maps: int = 40
+    indexed_partners: int = 3
+    indexed_rounds: int = 6
+    bridges: int = 8
+    guided_partners: int = 4
+    fused_maps: int = 100
 
 
 @dataclass(frozen=True)
@@ -62,7 +77,8 @@ class OverlapLikelihoodSettings:
       plain contradiction, so they weigh more;
     - ``hopeless_fraction``: a pose with less is not refined first, since none nearby fits;
     - ``max_shift_share`` [of the smaller map's diagonal]: refinement may move the pose so far, because the errors of a
-      chain of answers add up.
+      chain of answers add up;
+    - ``prepared_maps``: maps that are kept prepared, to bound memory; one of 400 x 400 cells takes 3 to 4 MB.
     """
 
     points: int = 400
@@ -74,6 +90,7 @@ class OverlapLikelihoodSettings:
     max_log_odds: float = 2.0
     min_log_odds: float = -3.0
     max_shift_share: float = 0.03
+    prepared_maps: int = 300
 
 
 @dataclass(frozen=True)
@@ -87,6 +104,8 @@ class ClusteringSettings:
     - ``min_edge_log_odds``, ``max_edge_log_odds``: bounds of the log-odds of an answer after that;
     - ``restarts``: clusters are grown again from so many of the answers that the first clusters contradict;
     - ``refits``: at most so often edges and poses of a cluster are adapted to one another;
+    - ``prior_maps``: in a team of so many maps, of which each meets three others, a third of the pairs match, as the
+      confidence of an answer supposes; in an indexed team of N maps an answer has log(N / ``prior_maps``) less;
     - ``guided_log_odds``: pairs of a cluster whose cells say at least this are matched again where the cluster puts
       them.
     """
@@ -98,6 +117,7 @@ class ClusteringSettings:
     max_edge_log_odds: float = 8.0
     restarts: int = 6
     refits: int = 3
+    prior_maps: int = 10
     guided_log_odds: float = 0.5
 
 
@@ -210,6 +230,7 @@ class ElasticFusionSettings:
 class MultimapSettings:
     """Settings of the merge of more than two maps, by step."""
 
+    retrieval: RetrievalSettings = field(default_factory=RetrievalSettings)
     selection: PairSelectionSettings = field(default_factory=PairSelectionSettings)
     edges: EdgeSettings = field(default_factory=EdgeSettings)
     likelihood: OverlapLikelihoodSettings = field(default_factory=OverlapLikelihoodSettings)

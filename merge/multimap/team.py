@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TypeVar
 
@@ -24,6 +26,7 @@ from merge.multimap.graph import (
     pairs_of,
 )
 from merge.multimap.overlap_likelihood import OverlapLikelihood
+from merge.multimap.settings import MultimapSettings
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.task import CanonicalOrder, PairTask, Runner, run_tasks
 from merge.records.prior import Expected, expected_poses, shared_frame
@@ -113,6 +116,8 @@ class Team:
                 _with_priors(likelihood, expected, ordered.names, frames, settings.prior.contradiction_log_odds),
                 scale.fixed,
                 settings.multimap,
+                None if expected else tuple(frame.diagonal for frame in frames),
+                not _is_indexed(ordered, scale, settings.multimap),
             ),
             run=run,
         )
@@ -126,8 +131,22 @@ class Team:
     def pairs(self) -> list[Pair]:
         return list(combinations(range(len(self.maps)), 2))
 
+    @property
+    def indexed(self) -> bool:
+        """True if an index of wall patches ranks the pairs: of many maps, with metres that can be compared."""
+        return _is_indexed(self.maps, self.scale, self.settings.multimap)
+
+    @cached_property
+    def _indices(self) -> Mapping[str, int]:
+        return {name: index for index, name in enumerate(self.maps.names)}
+
+    @cached_property
+    def rank(self) -> Mapping[str, int]:
+        """Places of the maps in the order in which they were given, by name."""
+        return {name: index for index, name in enumerate(self.names)}
+
     def index(self, name: str) -> int:
-        return self.maps.names.index(name)
+        return self._indices[name]
 
     def pair(self, target: str, source: str) -> Pair:
         a, b = self.index(target), self.index(source)
@@ -135,14 +154,27 @@ class Team:
 
     def task(self, pair: Pair) -> PairTask:
         """Return the task to match a pair, its maps in the order in which they were given."""
-        target, source = sorted(pair, key=lambda index: self.names.index(self.maps.names[index]))
+        target, source = sorted(pair, key=lambda index: self.rank[self.maps.names[index]])
         return PairTask.of(self.maps, target, source, self.scale, self.settings, self.seed)
 
     def edge(self, answer: PairResult) -> Edge:
         """Turn an answer into an edge, the lower index as its target."""
         indices = self.index(answer.target), self.index(answer.source)
-        edge = edge_from_answer(answer, indices, self.frames, self.settings.multimap.edges)
+        settings, less = self.settings.multimap.edges, self.prior_log_odds
+        edge = edge_from_answer(
+            answer, indices, self.frames, replace(settings, max_log_odds=settings.max_log_odds + less)
+        )
+        edge = replace(edge, log_odds=edge.log_odds - less)
         return edge if edge.target < edge.source else edge.reversed()
+
+    @cached_property
+    def prior_log_odds(self) -> float:
+        """Log-odds that an answer in an indexed team of N maps loses against its confidence, 0 in others.
+
+        The confidence supposes that about a third of all pairs match, as in a team of three. A map of a large building
+        meets about as many others in a team of any size, so that the odds of a pair fall as 1 / N.
+        """
+        return math.log(len(self.maps) / self.settings.multimap.clustering.prior_maps) if self.indexed else 0.0
 
     def metric(self, cluster: Cluster, target: str, source: str) -> Similarity2:
         """Return ``target_from_source`` in stated metres, as the poses of a cluster have it."""
@@ -170,6 +202,10 @@ class Solution:
 
     clusters: tuple[Cluster, ...]
     answers: Answers
+
+
+def _is_indexed(maps: MapSet, scale: ScaleRange, settings: MultimapSettings) -> bool:
+    return len(maps) >= settings.selection.min_indexed_maps and maps.metric and scale.fixed
 
 
 def _with_priors(

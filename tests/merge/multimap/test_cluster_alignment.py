@@ -31,7 +31,8 @@ def slow_support(chosen, other, first, second):
     spot = between.apply([chosen.target_from_source.x, chosen.target_from_source.y])
     moved = Similarity2(*(spot - (predicted.x, predicted.y)), between.yaw, between.scale).adjoint()
     apart = (
-        hop_distances(first)[other.target, chosen.target] + hop_distances(second)[other.source - 3, chosen.source - 3]
+        hop_distances(first, range(3))[other.target, chosen.target]
+        + hop_distances(second, range(3, 6))[other.source - 3, chosen.source - 3]
     )
     slack = moved @ chosen.covariance @ moved.T + apart * other.covariance
     return other is chosen or MODEL.agrees(other, predicted, slack)
@@ -71,4 +72,5 @@ def test_hop_distances_and_connectivity():
     assert not is_connected(Cluster(members, ()), held)
     ring = (*held, edge(poses, 2, 3, rng))
     assert is_connected(Cluster(members, ()), ring)
-    np.testing.assert_array_equal(hop_distances(Cluster(members, ring))[0], [0, 1, 3, 2])
+    np.testing.assert_array_equal(hop_distances(Cluster(members, ring), range(4))[0], [0, 1, 3, 2])
+    np.testing.assert_array_equal(hop_distances(Cluster(members, ring), {3, 0}), [[0, 2], [2, 0]])

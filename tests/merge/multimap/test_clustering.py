@@ -116,6 +116,22 @@ def test_clusters_that_contradict_in_their_cells_are_not_joined():
     assert [sorted(g.poses) for g in consistent(3, edges, contradicting, False)] == [[0, 1], [2]]
 
 
+@pytest.mark.parametrize("wrong", [False, True])
+def test_cells_that_look_alike_join_no_clusters_of_a_large_team(wrong):
+    """Of two parts that look alike the cells of every pair agree: the answer between them has to be sure enough."""
+    poses, rng = world(6, 0)
+    parts = [edge(poses, a, b, rng) for part in ((0, 1, 2), (3, 4, 5)) for a in part for b in part if a < b]
+
+    def joined(log_odds, cells_join):
+        edges = [*parts, edge(poses, 1, 4, rng, wrong, log_odds)]
+        model = ConsistencyModel(lambda target, source, place: 2.0, True, cells_join=cells_join)
+        return len(cluster_maps(6, edges, model)) == 1
+
+    assert joined(-0.4, cells_join=True)
+    assert not joined(-0.4, cells_join=False)
+    assert joined(0.4, cells_join=False)
+
+
 def test_the_order_and_the_direction_of_answers_change_nothing():
     poses, rng = world(7, 5)
     edges = all_edges(poses, rng, {(0, 4), (2, 6), (1, 3)})

@@ -16,9 +16,9 @@ from mapping.map_set import MapSet
 from mapquilt.jobs.runner import Runner, Workers
 from merge import MergeSettings, merge_maps
 from merge.merger import solve
-from merge.multimap.graph import Cluster
+from merge.multimap.graph import Cluster, in_matching_order
 from merge.multimap.joint_icp import joint_icp, mean_score
-from merge.multimap.pair_selection import best_partners, in_blocks, in_matching_order
+from merge.multimap.pair_selection import best_partners, in_blocks
 from merge.multimap.team import Team
 from merge.multimap.verdicts import verdict_by_itself
 from merge.records.prior import Prior

@@ -1,0 +1,1 @@
+"""Retrieval: which maps of a large team probably show the same place."""
