@@ -10,8 +10,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator
 
-from scipy.special import logit
-
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.fusion import fuse
@@ -35,10 +33,10 @@ class FusedMatch:
 def match_fused_clusters(team: Team, answers: Answers, first: Cluster, second: Cluster) -> FusedMatch | None:
     """Match two clusters as one map each, if enough refused answers suggest the same alignment.
 
-    None if they do not, the match is refused, it does not agree with those answers, a prior contradicts it, or the two
-    have too many maps.
+    None if they do not, the match is refused, it does not agree with those answers, or a prior contradicts it; and for
+    an indexed team, of whose many places some look like any map.
     """
-    if len(first.poses) + len(second.poses) > team.settings.multimap.selection.fused_maps:
+    if team.indexed:
         return None
     across = sorted((min(a, b), max(a, b)) for a in first.poses for b in second.poses)
     least = team.settings.multimap.merging.min_agreeing_refusals
@@ -54,7 +52,7 @@ def match_fused_clusters(team: Team, answers: Answers, first: Cluster, second: C
     units = team.maps.units[target], team.maps.units[source]
     task = PairTask(("merged", "merged"), (target_grid, source_grid), units, team.scale, team.settings, team.seed)
     (found,) = team.run(match, [task])
-    if not found.accepted or found.target_from_source is None or logit(found.confidence) <= team.prior_log_odds:
+    if not found.accepted or found.target_from_source is None:
         return None
     local = team.local(found.target_from_source, target, source)
     first_from_second = first.poses[target] @ local @ second.poses[source].inverse()

@@ -106,7 +106,8 @@ def _shifts(cluster: Cluster, inside: Sequence[Edge], model: ConsistencyModel) -
         now = alignments[current]
         log_odds = now.support + cell_log_odds(first, second, now.first_from_second, model)
         for k, alignment in enumerate(alignments[: limits.alignments]):
-            if k != current and alignment.support + limits.max_cell_gain > log_odds:
+            sure = model.cells_join or max(edge.log_odds for edge in alignment.edges) > 0.0
+            if k != current and sure and alignment.support + limits.max_cell_gain > log_odds:
                 cells = cell_log_odds(first, second, alignment.first_from_second, model)
                 found.append((alignment.support + cells - log_odds, first, second, alignment))
     found.sort(key=lambda each: -each[0])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.seeds import Role, stream
-from merge.multimap.graph import Cluster, Pair
+from merge.multimap.graph import Cluster, Pair, in_matching_order
 from merge.multimap.team import Answers, Team
 from merge.pair.feature_cache import FeatureCache, cell_width, prepare_map
 from merge.pair.task import CanonicalOrder, PairTask
@@ -46,6 +46,20 @@ def index_scores(team: Team) -> NDArray[np.float64]:
     return np.asarray(place_scores(team.run(describe, tasks), team.settings.multimap.retrieval).toarray())
 
 
+def rescored(team: Team, scores: NDArray[np.float64], pairs: Sequence[Pair]) -> NDArray[np.float64]:
+    """Multiply the scores of pairs by the square of those of the coarse search: (N, N), 0 for all other pairs."""
+    size = team.settings.multimap.selection.block_maps
+    ordered = in_matching_order(pairs)
+    blocks = [ordered[first : first + size] for first in range(0, len(ordered), size)]
+    found = np.zeros_like(scores)
+    for block, values in zip(
+        blocks, team.run(coarse_scores, [tuple(map(team.task, block)) for block in blocks]), strict=True
+    ):
+        for pair, value in zip(block, values, strict=True):
+            found[pair] = found[pair[::-1]] = scores[pair] * value**2
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class DescribeTask:
     """A map to describe for the index."""
@@ -70,8 +84,10 @@ def select(
     if team.indexed and scores is not None:
         wanted = [pair for pair in wanted if scores[pair] > 0.0]
         if clusters is None:
-            return best_partners(scores, wanted, settings.indexed_partners)
-        return best_bridges(scores, wanted, clusters, settings.bridges)
+            candidates = best_partners(scores, wanted, settings.candidates * settings.indexed_partners)
+            return best_partners(rescored(team, scores, candidates), candidates, settings.indexed_partners)
+        candidates = best_bridges(scores, wanted, clusters, settings.bridges, settings.candidates)
+        return best_bridges(rescored(team, scores, candidates), candidates, clusters, settings.bridges)
     if clusters is not None:
         root_of = {member: cluster.root for cluster in clusters for member in cluster.poses}
         wanted = [(a, b) for a, b in wanted if root_of[a] != root_of[b]]
@@ -134,20 +150,21 @@ def best_partners(scores: NDArray[np.float64], wanted: Iterable[Pair], most: int
 
 
 def best_bridges(
-    scores: NDArray[np.float64], wanted: Iterable[Pair], clusters: Sequence[Cluster], most: int
+    scores: NDArray[np.float64], wanted: Iterable[Pair], clusters: Sequence[Cluster], least: int, times: int = 1
 ) -> list[Pair]:
-    """Select the wanted pairs between clusters that are among the ``most`` best of the smaller one, in order.
+    """Select the wanted pairs between clusters that are among the best of the smaller one, in order.
 
-    Of equals the earlier pairs are taken; of two clusters of one size the one with the larger root is the smaller.
+    Of a cluster ``times`` as many are selected as it has maps, or as ``least`` if it has fewer. Of equals the earlier
+    pairs are taken; of two clusters of one size the one with the larger root is the smaller.
     """
     cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
-    taken = dict.fromkeys((cluster.root for cluster in clusters), 0)
+    left = {cluster.root: times * max(least, len(cluster.poses)) for cluster in clusters}
     kept = []
     for a, b in sorted(wanted, key=lambda pair: (-scores[pair], pair)):
         smaller, larger = sorted((cluster_of[a], cluster_of[b]), key=lambda each: (len(each.poses), -each.root))
-        if smaller.root != larger.root and taken[smaller.root] < most:
+        if smaller.root != larger.root and left[smaller.root] > 0:
             kept.append((a, b))
-            taken[smaller.root] += 1
+            left[smaller.root] -= 1
     return sorted(kept)
 
 

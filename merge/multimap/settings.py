@@ -23,11 +23,11 @@ class PairSelectionSettings:
     - ``min_indexed_maps``: from so many maps of known scale on, an index of wall patches ranks the pairs instead
       (``merge.retrieval``). All pairs of 40 maps cost as much as matching 40 pairs;
     - ``indexed_partners``, ``indexed_rounds``: the same numbers for such a team;
-    - ``bridges``: in the rounds after the first so many pairs of each cluster are matched that is still by itself;
+    - ``candidates``: the coarse search ranks so many times as many pairs as are matched, the best of the index;
+    - ``bridges``: in the rounds after the first as many pairs of each cluster are matched as it has maps, or this if
+      it has fewer;
     - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
-      partners. Cycles reject wrong answers, and three close enough of them;
-    - ``fused_maps``: two clusters of a team are matched as one map each if they have so many maps at most together;
-      more are one raster of a whole building, in cells too wide to tell places apart.
+      partners. Cycles reject wrong answers, and three close enough of them.
     """
 
     rounds: int = 2
@@ -41,9 +41,9 @@ class PairSelectionSettings:
     min_indexed_maps: int = 40
     indexed_partners: int = 3
     indexed_rounds: int = 6
+    candidates: int = 5
     bridges: int = 8
     guided_partners: int = 4
-    fused_maps: int = 100
 
 
 @dataclass(frozen=True)

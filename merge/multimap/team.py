@@ -169,10 +169,10 @@ class Team:
 
     @cached_property
     def prior_log_odds(self) -> float:
-        """Log-odds that an answer in an indexed team of N maps loses against its confidence, 0 in others.
+        """Log-odds that an answer in an indexed team loses against its confidence, 0 in others.
 
         The confidence supposes that about a third of all pairs match, as in a team of three. A map of a large building
-        meets about as many others in a team of any size, so that the odds of a pair fall as 1 / N.
+        meets about as many others in a team of any size, and ever more that look like it.
         """
         return math.log(len(self.maps) / self.settings.multimap.clustering.prior_maps) if self.indexed else 0.0
 

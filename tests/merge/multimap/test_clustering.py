@@ -132,6 +132,27 @@ def test_cells_that_look_alike_join_no_clusters_of_a_large_team(wrong):
     assert joined(0.4, cells_join=False)
 
 
+@pytest.mark.parametrize("cells_join", [True, False])
+def test_cells_that_look_alike_shift_no_map_of_a_large_team(cells_join):
+    """The cells of all maps agree with a wrong answer that is not sure enough, and are silent at the right place."""
+    poses, rng = world(5, 1)
+    wrong = edge(poses, 1, 4, rng, wrong=True, weight=-0.4)
+    shifted = poses[1] @ wrong.target_from_source
+    rest = [edge(poses, a, b, rng) for a in range(4) for b in range(a + 1, 4)]
+
+    def alike(target, source, place):
+        if 4 not in (target, source):
+            return 0.0
+        there = place if source == 4 else place.inverse()
+        expected = poses[min(target, source)].inverse() @ shifted
+        return 2.0 if math.hypot(there.x - expected.x, there.y - expected.y) < 8.0 else 0.0
+
+    model = ConsistencyModel(alike, True, cells_join=cells_join)
+    (found,) = cluster_maps(5, [*rest, edge(poses, 0, 4, rng, weight=1.0), wrong], model)
+    place, truth = found.target_from_source(0, 4), poses[0].inverse() @ poses[4]
+    assert (math.hypot(place.x - truth.x, place.y - truth.y) < 8.0) is not cells_join
+
+
 def test_the_order_and_the_direction_of_answers_change_nothing():
     poses, rng = world(7, 5)
     edges = all_edges(poses, rng, {(0, 4), (2, 6), (1, 3)})
