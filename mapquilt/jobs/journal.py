@@ -171,6 +171,7 @@ class Journal(Generic[Task]):
         self.key = key
         self.check = check
         self._synced = time.monotonic()
+        self._known: dict[str, int] | None = None
 
     def entries(self) -> Entries:
         """Check the entries, and return them by task. A last line that a kill cut short is removed from the file.
@@ -180,7 +181,12 @@ class Journal(Generic[Task]):
         return Entries(self.path, self._places())
 
     def _places(self) -> dict[str, int]:
-        """Return the first byte of the last entry of each task."""
+        """Return the first byte of the last entry of each task; the file is read the first time only."""
+        if self._known is None:
+            self._known = self._read_places()
+        return self._known
+
+    def _read_places(self) -> dict[str, int]:
         if not self.path.exists():
             return {}
         if not stat.S_ISREG(self.path.stat().st_mode):
@@ -245,7 +251,7 @@ class Journal(Generic[Task]):
                     continue
                 entry = {"task": self.key(task), **keep(task, result)}
                 held.check()
-                done[self.key(task)] = self._append(entry)
+                done[self.key(task)] = places[self.key(task)] = self._append(entry)
                 on_entries({self.key(task): entry})
         self._sync()
         for fault in faults.values():
@@ -278,3 +284,4 @@ class Journal(Generic[Task]):
     def remove(self) -> None:
         """Delete the journal."""
         self.path.unlink(missing_ok=True)
+        self._known = None

@@ -51,7 +51,7 @@ def merge_record(inputs: MergeInputs, settings: MergeSettings, seed: int, result
         "reference_requested": settings.reference is not None,
         "maps": [_map_record(inputs, index, result) for index in range(len(maps))],
         "groups": [_group_record(group, index) for index, group in enumerate(result.groups)],
-        "pairs": [_pair_record(pair) for pair in result.pairs],
+        "pairs": [pair_record(pair) for pair in result.pairs],
     }
 
 
@@ -141,7 +141,8 @@ def _map_record(inputs: MergeInputs, index: int, result: MergeResult) -> dict[st
     }
 
 
-def _pair_record(pair: PairResult) -> dict[str, Any]:
+def pair_record(pair: PairResult) -> dict[str, Any]:
+    """Build the record of the answer to a pair."""
     transform, pixels = pair.target_from_source, pair.target_from_source_pixels
     return {
         "target": pair.target,

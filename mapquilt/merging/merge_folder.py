@@ -11,7 +11,6 @@ from mapping.io.map_file import map_files
 from mapping.io.safe_load import printable
 from mapping.io.transaction import change_files, written_files
 from mapping.map_set import Unit
-from mapquilt.jobs.runner import Runner
 from mapquilt.json_file import record_bytes
 from mapquilt.merging.merge_file import group_stems, has_files, merge_record
 from mapquilt.merging.merge_inputs import INPUTS, MergeInputs, run_inputs
@@ -21,6 +20,7 @@ from mapquilt.merging.transforms_file import transforms_text
 from mapquilt.runs import folder as run_folder
 from mapquilt.viz.png import figure_png
 from merge.merger import Progress, merge_maps
+from merge.pair.task import Runner
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,6 +20,7 @@ from mapquilt.cli.exit_status import ALL_MERGED, SOME_REFUSED
 from mapquilt.cli.merge_notes import advice, files_note, transform_notes
 from mapquilt.cli.options.files import Unknown, path, unknown_grey
 from mapquilt.cli.options.merge import (
+    SERIAL_MAPS,
     ElasticOption,
     FusionOption,
     PriorOption,
@@ -41,10 +43,12 @@ from mapquilt.merging.merge_file import MergeTree, merge_record
 from mapquilt.merging.merge_folder import merge_run, refuse_merge, write_merge
 from mapquilt.merging.merge_inputs import MergeInputs, added_inputs, read_merge, run_inputs
 from mapquilt.merging.path_inputs import path_inputs
+from mapquilt.merging.unfinished_merge import recording
 from mapquilt.runs import folder as run_folder
 from merge.fusion import FUSIONS, FusionName
 from merge.merger import merge_maps
 from merge.methods import method_names, published_names
+from merge.pair.task import Runner as PairRunner
 from merge.progress import listening
 from merge.records.result import MergeResult, PairResult
 from merge.settings import MergeSettings
@@ -234,7 +238,7 @@ def _run(job: _Job, workers: Workers) -> tuple[MergeResult, tuple[Path, ...]]:
     """Merge, and write the answer if there is a folder; return the result and the files written."""
     inputs, folder = job.inputs, job.folder
     with (
-        remote_runner(workers) as runner,
+        _pair_runner(job, workers) as runner,
         pair_progress() as (on_progress, on_iteration),
         listening(on_iteration),
     ):
@@ -246,6 +250,17 @@ def _run(job: _Job, workers: Workers) -> tuple[MergeResult, tuple[Path, ...]]:
         if folder is None or not job.may_write(result):
             return result, ()
         return result, write_merge(folder, inputs, job.settings, job.seed, result)
+
+
+@contextmanager
+def _pair_runner(job: _Job, workers: Workers) -> Iterator[PairRunner | None]:
+    """Start what matches the pairs; of more maps than one process merges, the answers stay on disk until the end."""
+    if job.folder is None or len(job.inputs.maps) <= SERIAL_MAPS:
+        with remote_runner(workers) as runner:
+            yield runner
+        return
+    with Runner(workers) as runner, recording(job.folder, runner) as recorder:
+        yield recorder
 
 
 def _print_result(job: _Job, result: MergeResult, written: Sequence[Path], alternatives: bool) -> None:

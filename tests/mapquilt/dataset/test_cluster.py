@@ -2,41 +2,16 @@
 
 from __future__ import annotations
 
-import resource
 import shutil
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from tests.conftest import command, hashes
+from tests.processes import last_line, started, wait_for_entry
 
 TIMED = ("timings.json", "timings.csv", "time.png", ".trials.jsonl", "table.md", ".lock", "reliability.png")
 STUDY = ("study", "--vary", "noise=0,1", "--set", "robots=2", "--set", "duration=4", "--method", "orb")
-
-
-def started(*arguments: object, file_bytes: int = resource.RLIM_INFINITY) -> subprocess.Popen[str]:
-    """Start the command in a process of its own, none of whose files grows beyond ``file_bytes``."""
-    words = [sys.executable, "-m", "mapquilt", *map(str, arguments)]
-    limit = (file_bytes, resource.RLIM_INFINITY)
-    return subprocess.Popen(
-        words,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit),
-    )
-
-
-def wait_for_entry(journal: Path, running: subprocess.Popen[str]) -> None:
-    while running.poll() is None and not (journal.is_file() and journal.stat().st_size):
-        time.sleep(0.02)
-
-
-def last_line(done: subprocess.Popen[str]) -> str:
-    return done.communicate(timeout=120)[1].strip().splitlines()[-1]
 
 
 @pytest.mark.slow
