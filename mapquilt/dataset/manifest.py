@@ -14,8 +14,8 @@ from mapping.io.safe_load import read_json_lines
 from mapping.wording import did_you_mean
 from mapquilt.dataset.seal import file_problem, read_seal
 from mapquilt.json_file import check_record, present_record
+from mapquilt.runs.folder import MANIFEST_FILE as MANIFEST_FILE
 
-MANIFEST_FILE = "manifest.jsonl"
 SPEC_FILE = "spec.json"
 FAILURES_FILE = "failures.jsonl"
 MISSIONS_FOLDER = "missions"

@@ -54,6 +54,7 @@ TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 REFUSED_PICTURE = "refused.png"
 ELASTIC_PICTURE = "elastic.png"
+MANIFEST_FILE = "manifest.jsonl"
 ALIGN_FILE = "align.json"
 OVERVIEW_PICTURE = "overview.png"
 
@@ -101,7 +102,8 @@ def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
     """Raise ``ValueError`` if writing to the folder would overwrite files of others.
 
     A folder that is not empty must hold the record ``mark``, of a run or of a merge. A folder inside another run or
-    merge is refused too, since their files would mix. What a killed writer left there is finished or removed first.
+    merge is refused too, since their files would mix, and one inside a finished data set, which would no longer be as
+    it was made. What a killed writer left there is finished or removed first.
     """
     kind = Path(mark).stem
     if folder.exists() and not folder.is_dir():
@@ -112,11 +114,13 @@ def refuse_foreign(folder: Path, mark: str = RUN_FILE) -> None:
     if (folder / mark).is_file():
         read_record(folder / mark, kind)
     elif folder.exists() and any(folder.iterdir()):
-        raise ValueError(f"{folder}: is not empty and not a {kind} of mapquilt; refusing to replace it")
+        raise ValueError(f"{folder}: is not empty and holds no {mark} of mapquilt; refusing to replace it")
     for around in Path(os.path.realpath(folder)).parents:
         for record in (RUN_FILE, MERGE_FILE):
             if _holds(around, record):
                 raise ValueError(f"{folder}: lies inside the {Path(record).stem} {around}; name a folder outside it")
+        if _is_dataset(around):
+            raise ValueError(f"{folder}: lies inside the data set {around}; name a folder outside it")
 
 
 def spare_inputs(out: Path, inputs: Iterable[Path]) -> None:
@@ -136,6 +140,15 @@ def _holds(folder: Path, mark: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _is_dataset(folder: Path) -> bool:
+    """Check if the folder is a finished data set; another program's file of the same name does not count."""
+    path = folder / MANIFEST_FILE
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return b"mapquilt-manifest/" in file.readline(1000)
 
 
 @contextmanager

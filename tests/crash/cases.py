@@ -121,9 +121,15 @@ def _jobs(work: Path, out: Path) -> list[Case]:
         ("study", ("study", *STUDY, "--out", out, *ONE), None),
         ("calibrate", ("calibrate", "--dataset", work / "fit", "--out", out, *ONE), None),
     ]
+    export = _verb(("dataset", "export", work / "small", "--pairs-per-file", "2", "--out", out))
     disturb = _verb(("dataset", "disturb", work / "fit", "--overlap", "0:1", "--out", out))
     continued = [Case(name, _verb(arguments), out, before, True) for name, arguments, before in verbs]
-    return [Case("dataset disturb", disturb, out, None), merge, *continued]
+    return [
+        Case("dataset disturb", disturb, out, None),
+        Case("dataset export", export, out, None),
+        merge,
+        *continued,
+    ]
 
 
 def _half_merged(merge: Case, work: Path) -> Path:

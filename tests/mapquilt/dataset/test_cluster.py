@@ -22,8 +22,8 @@ def test_a_benchmark_whose_worker_is_killed_gives_the_bytes_of_one_process(clust
     running = started(*arguments, tmp_path / "out", "--scheduler", address)
     wait_for_entry(tmp_path / ".out.unfinished/.journal.jsonl", running)
     processes[1].kill()
-    running.communicate(timeout=120)
-    assert running.returncode == 0
+    _, told = running.communicate(timeout=120)
+    assert running.returncode == 0, told
     assert hashes(tmp_path / "out", but=TIMED) == hashes(tmp_path / "alone", but=TIMED)
 
 
@@ -34,8 +34,8 @@ def test_a_study_whose_worker_is_killed_gives_the_bytes_of_one_process(cluster, 
     running = started(*STUDY, "--missions", 3, "--out", tmp_path / "out", "--scheduler", address)
     wait_for_entry(tmp_path / "out/.trials.jsonl", running)
     processes[1].kill()
-    running.communicate(timeout=120)
-    assert running.returncode == 0
+    _, told = running.communicate(timeout=120)
+    assert running.returncode == 0, told
     assert hashes(tmp_path / "out", but=TIMED) == hashes(tmp_path / "alone", but=TIMED)
 
 

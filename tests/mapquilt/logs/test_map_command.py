@@ -180,7 +180,7 @@ def test_what_is_no_log_or_no_folder_of_maps_is_left_alone(tmp_path: Path, log: 
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "diary.txt").write_text("dear diary")
     for source, message in (
-        (log, "mine: is not empty and not a map of mapquilt; refusing to replace it"),
+        (log, "mine: is not empty and holds no map.json of mapquilt; refusing to replace it"),
         (tmp_path / "mine", "mine: is neither a run nor a ROS 2 bag"),
         (tmp_path / "mine" / "diary.txt", "diary.txt: must be a run, or end in .bag"),
         (tmp_path / "none.bag", "none.bag: no such file"),

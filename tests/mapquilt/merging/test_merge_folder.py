@@ -113,7 +113,9 @@ def test_a_merge_never_replaces_a_run_or_foreign_files(
     before = hashes(tmp_path, but=())
     assert f"{fresh_run}: is a run" in refused(capsys, "merge", *two_maps, "--out", fresh_run)
     for folder in (fresh_run / "robot_0", tmp_path / "thesis"):
-        assert f"{folder}: is not empty and not a merge" in refused(capsys, "merge", *two_maps, "--out", folder)
+        assert f"{folder}: is not empty and holds no merge.json of mapquilt" in refused(
+            capsys, "merge", *two_maps, "--out", folder
+        )
     assert "exists and is not a folder" in refused(capsys, "merge", *two_maps, "--out", two_maps[0])
     assert hashes(tmp_path, but=()) == before
 
