@@ -37,7 +37,7 @@ from mapquilt.viz.text_table import plain_table
 from merge.merger import merge_maps
 from merge.multimap.pair_selection import DescribeTask, describe
 from merge.records.result import MergeResult, PairResult
-from merge.retrieval.similar_places import place_scores
+from merge.retrieval.similar_places import suggest_poses
 from merge.settings import MergeSettings
 from worlds.families.registry import make_world
 
@@ -121,7 +121,7 @@ def index_scores(grids: Sequence[OccupancyGrid]) -> NDArray[np.float64]:
     """Score all pairs by the index, also of a team so small that a merge does without: (N, N)."""
     settings = MergeSettings()
     patches = [describe(DescribeTask(grid, settings)) for grid in grids]
-    return np.asarray(place_scores(patches, settings.multimap.retrieval).toarray())
+    return np.asarray(suggest_poses(patches, settings.multimap.retrieval).most_votes(len(grids)).toarray())
 
 
 def wrong_joins(team: DrawnTeam, result: MergeResult) -> list[PairResult]:

@@ -26,6 +26,12 @@ class Similarity2Array:
         rows = np.array([(m.x, m.y, m.yaw, m.scale) for m in motions], np.float64).reshape(-1, 4)
         return Similarity2Array(rows[:, 3] * np.exp(1j * rows[:, 2]), rows[:, 0] + 1j * rows[:, 1])
 
+    def similarities(self) -> list[Similarity2]:
+        """List the similarities of a batch (N,)."""
+        yaws, scales = np.angle(self.turn).tolist(), np.abs(self.turn).tolist()
+        places = zip(self.shift.real.tolist(), self.shift.imag.tolist(), yaws, scales, strict=True)
+        return [Similarity2(x, y, yaw, scale) for x, y, yaw, scale in places]
+
     def __getitem__(self, index: object) -> Similarity2Array:
         return Similarity2Array(self.turn[index], self.shift[index])  # type: ignore[call-overload]
 

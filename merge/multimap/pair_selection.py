@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.geometry.scale_range import ScaleRange
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.seeds import Role, stream
-from merge.multimap.graph import Cluster, Pair, in_matching_order
+from merge.alignment.hypotheses import rank_proposals
+from merge.multimap.graph import Cluster, Pair
 from merge.multimap.team import Answers, Team
-from merge.pair.feature_cache import FeatureCache, cell_width, prepare_map
+from merge.pair.feature_cache import FeatureCache, metres_from_prepared, prepare_map
 from merge.pair.task import CanonicalOrder, PairTask
-from merge.retrieval.similar_places import place_scores
+from merge.records.proposal import Proposal
+from merge.retrieval.similar_places import SuggestedPoses, suggest_poses
 from merge.retrieval.wall_patches import WallPatches, describe_walls
 from merge.settings import MergeSettings
 from merge.verification.wall_overlap import measure_wall_overlap
@@ -41,23 +45,55 @@ def score_all(team: Team, known: Answers) -> NDArray[np.float64] | None:
 
 
 def index_scores(team: Team) -> NDArray[np.float64]:
-    """Score how likely maps show the same place: (N, N), symmetric; 0 for pairs that share no similar patches."""
-    tasks = [DescribeTask(grid, team.settings) for grid in team.maps.grids]
-    return np.asarray(place_scores(team.run(describe, tasks), team.settings.multimap.retrieval).toarray())
+    """Score how well the walls of two maps fit by a pose that the index suggests: (N, N), symmetric; 0 without one."""
+    settings = team.settings.multimap
+    described = team.run(describe, [DescribeTask(grid, team.settings) for grid in team.maps.grids])
+    poses = suggest_poses(described, settings.retrieval)
+    tasks = [
+        PlacesTask({int(k): team.maps.grids[k] for k in {*part.targets, *part.sources}}, part, team.settings)
+        for part in _in_pose_blocks(poses, settings.selection.index_block_maps)
+    ]
+    scores = np.zeros((len(team.maps), len(team.maps)))
+    for task, values in zip(tasks, team.run(score_places, tasks), strict=True):
+        rows = task.poses.targets, task.poses.sources
+        np.maximum.at(scores, rows, values)
+        np.maximum.at(scores, rows[::-1], values)
+    return scores
 
 
-def rescored(team: Team, scores: NDArray[np.float64], pairs: Sequence[Pair]) -> NDArray[np.float64]:
-    """Multiply the scores of pairs by the square of those of the coarse search: (N, N), 0 for all other pairs."""
-    size = team.settings.multimap.selection.block_maps
-    ordered = in_matching_order(pairs)
-    blocks = [ordered[first : first + size] for first in range(0, len(ordered), size)]
-    found = np.zeros_like(scores)
-    for block, values in zip(
-        blocks, team.run(coarse_scores, [tuple(map(team.task, block)) for block in blocks]), strict=True
-    ):
-        for pair, value in zip(block, values, strict=True):
-            found[pair] = found[pair[::-1]] = scores[pair] * value**2
-    return found
+def _in_pose_blocks(poses: SuggestedPoses, maps: int) -> list[SuggestedPoses]:
+    """Group poses to blocks of so many maps by so many."""
+    _, block = np.unique(np.stack((poses.targets // maps, poses.sources // maps)), axis=1, return_inverse=True)
+    return [poses[np.flatnonzero(block.ravel() == k)] for k in range(int(block.max(initial=-1)) + 1)]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacesTask:
+    """Maps by index, and poses between them to score."""
+
+    grids: Mapping[int, OccupancyGrid]
+    poses: SuggestedPoses
+    settings: MergeSettings
+
+
+def score_places(task: PlacesTask, cache: FeatureCache | None = None) -> NDArray[np.float64]:
+    """Score the walls of each pair (P,) by the best of its poses, each moved to the walls nearby, in coarse cells."""
+    preparation = replace(task.settings.preparation, max_cells=task.settings.multimap.selection.index_cells)
+    prepared = {index: prepare_map(grid, preparation) for index, grid in sorted(task.grids.items())}
+    metres = {index: metres_from_prepared(task.grids[index].frame, each) for index, each in prepared.items()}
+    scores = np.zeros(len(task.poses))
+    pairs = np.stack((task.poses.targets, task.poses.sources))
+    starts = np.flatnonzero(np.r_[True, (np.diff(pairs) != 0).any(axis=0)])
+    for first, last in pairwise([*starts.tolist(), len(task.poses)]):
+        a, b = pairs[:, first].tolist()
+        proposals = [
+            Proposal(metres[a].inverse() @ pose @ metres[b])
+            for pose in task.poses.target_from_source[np.arange(first, last)].similarities()
+        ]
+        scale = metres[b].scale / metres[a].scale
+        ranked = rank_proposals(prepared[a], prepared[b], proposals, ScaleRange(scale, scale), task.settings.alignment)
+        scores[first:last] = max((each.mean_score for each in ranked), default=0.0)
+    return scores
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +107,8 @@ class DescribeTask:
 def describe(task: DescribeTask, cache: FeatureCache | None = None) -> WallPatches:
     """Describe the wall patches of a map."""
     prepared = prepare_map(task.grid, task.settings.preparation)
-    cell = task.grid.frame.resolution * cell_width(prepared)
-    return describe_walls(prepared, cell, task.settings.multimap.retrieval.patches)
+    metres = metres_from_prepared(task.grid.frame, prepared)
+    return describe_walls(prepared, metres, task.settings.multimap.retrieval.patches)
 
 
 def select(
@@ -84,10 +120,8 @@ def select(
     if team.indexed and scores is not None:
         wanted = [pair for pair in wanted if scores[pair] > 0.0]
         if clusters is None:
-            candidates = best_partners(scores, wanted, settings.candidates * settings.indexed_partners)
-            return best_partners(rescored(team, scores, candidates), candidates, settings.indexed_partners)
-        candidates = best_bridges(scores, wanted, clusters, settings.bridges, settings.candidates)
-        return best_bridges(rescored(team, scores, candidates), candidates, clusters, settings.bridges)
+            return best_partners(scores, wanted, settings.indexed_partners)
+        return best_bridges(scores, wanted, clusters, settings.bridges)
     if clusters is not None:
         root_of = {member: cluster.root for cluster in clusters for member in cluster.poses}
         wanted = [(a, b) for a, b in wanted if root_of[a] != root_of[b]]
@@ -150,15 +184,15 @@ def best_partners(scores: NDArray[np.float64], wanted: Iterable[Pair], most: int
 
 
 def best_bridges(
-    scores: NDArray[np.float64], wanted: Iterable[Pair], clusters: Sequence[Cluster], least: int, times: int = 1
+    scores: NDArray[np.float64], wanted: Iterable[Pair], clusters: Sequence[Cluster], least: int
 ) -> list[Pair]:
     """Select the wanted pairs between clusters that are among the best of the smaller one, in order.
 
-    Of a cluster ``times`` as many are selected as it has maps, or as ``least`` if it has fewer. Of equals the earlier
-    pairs are taken; of two clusters of one size the one with the larger root is the smaller.
+    Of a cluster as many are selected as it has maps, or ``least`` if it has fewer. Of equals the earlier pairs are
+    taken; of two clusters of one size the one with the larger root is the smaller.
     """
     cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
-    left = {cluster.root: times * max(least, len(cluster.poses)) for cluster in clusters}
+    left = {cluster.root: max(least, len(cluster.poses)) for cluster in clusters}
     kept = []
     for a, b in sorted(wanted, key=lambda pair: (-scores[pair], pair)):
         smaller, larger = sorted((cluster_of[a], cluster_of[b]), key=lambda each: (len(each.poses), -each.root))

@@ -23,7 +23,9 @@ class PairSelectionSettings:
     - ``min_indexed_maps``: from so many maps of known scale on, an index of wall patches ranks the pairs instead
       (``merge.retrieval``). All pairs of 40 maps cost as much as matching 40 pairs;
     - ``indexed_partners``, ``indexed_rounds``: the same numbers for such a team;
-    - ``candidates``: the coarse search ranks so many times as many pairs as are matched, the best of the index;
+    - ``index_cells``: the poses that the index suggests are scored on maps of so many cells at most. Twice as wide
+      cells of maps of 20 x 20 m at 5 cm lose 1 in 60 of the best neighbours, and take a quarter of the memory;
+    - ``index_block_maps``: in blocks of so many maps by so many;
     - ``bridges``: in the rounds after the first as many pairs of each cluster are matched as it has maps, or this if
       it has fewer;
     - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
@@ -41,7 +43,8 @@ class PairSelectionSettings:
     min_indexed_maps: int = 40
     indexed_partners: int = 3
     indexed_rounds: int = 6
-    candidates: int = 5
+    index_cells: int = 60_000
+    index_block_maps: int = 50
     bridges: int = 8
     guided_partners: int = 4
 

@@ -45,7 +45,9 @@ class RetrievalSettings:
     - ``tree_waves``: waves of largest variance by which the k-d tree finds similar patches. More make it slow;
     - ``similar``: similar patches that each patch is compared with;
     - ``nearest``: of these so many of other maps vote, by all waves;
-    - ``turn_bin`` [rad], ``shift_bin`` [m]: votes for one relative pose agree within about this.
+    - ``turn_bin`` [rad], ``shift_bin`` [m]: votes for one relative pose agree within about this;
+    - ``least_votes``: a pose is suggested by patches whose weights, at most 1 each, add up to this;
+    - ``poses``: at most so many of each pair.
     """
 
     patches: PatchSettings = field(default_factory=PatchSettings)
@@ -54,6 +56,8 @@ class RetrievalSettings:
     nearest: int = 8
     turn_bin: float = math.radians(12.0)
     shift_bin: float = 0.7
+    least_votes: float = 0.5
+    poses: int = 3
 
     def __post_init__(self) -> None:
         require_valid(self)

@@ -1,4 +1,4 @@
-"""Scores of which maps show the same place, from patches that look alike and agree on one relative pose.
+"""Relative poses of maps that show the same place, suggested by patches that look alike.
 
 Patches are found by a k-d tree, as words by the inverted file of a bag of words (Sivic and Zisserman 2003), and vote
 for the relative pose that they suggest (weak geometric consistency, Jegou et al. 2008). Time grows as N log N with the
@@ -9,23 +9,67 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from mapping.geometry.similarity2_array import Similarity2Array
 from merge.retrieval.settings import RetrievalSettings
 from merge.retrieval.wall_patches import WallPatches
 
 
-def place_scores(maps: Sequence[WallPatches], settings: RetrievalSettings) -> csr_array:
-    """Score how likely maps show the same place: a sparse symmetric matrix (N, N), 0 for pairs without any vote."""
+@dataclass(frozen=True, eq=False)
+class SuggestedPoses:
+    """Relative poses of pairs of maps that similar patches vote for, in arrays (P,).
+
+    ``targets`` and ``sources`` are indices of maps, the lower first; ``target_from_source`` is in metres, at scale 1;
+    ``votes`` are sums of weights. The poses of a pair follow one another, the most popular first.
+    """
+
+    targets: NDArray[np.intp]
+    sources: NDArray[np.intp]
+    target_from_source: Similarity2Array
+    votes: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.votes)
+
+    def __getitem__(self, index: NDArray[np.intp]) -> SuggestedPoses:
+        return SuggestedPoses(
+            self.targets[index], self.sources[index], self.target_from_source[index], self.votes[index]
+        )
+
+    def most_votes(self, maps: int) -> csr_array:
+        """Return the votes for the most popular pose of each pair: a sparse symmetric matrix (maps, maps)."""
+        first = np.flatnonzero(np.r_[True, (np.diff(self.targets) != 0) | (np.diff(self.sources) != 0)][: len(self)])
+        best = csr_array((self.votes[first], (self.targets[first], self.sources[first])), shape=(maps, maps))
+        return csr_array(best + best.T)
+
+
+def suggest_poses(maps: Sequence[WallPatches], settings: RetrievalSettings) -> SuggestedPoses:
+    """Suggest relative poses of all pairs of maps of which some patches look alike."""
     owner = np.repeat(np.arange(len(maps)), [len(each.points) for each in maps])
-    if len(owner) < 2:
-        return csr_array((len(maps), len(maps)))
+    if len(set(owner.tolist())) < 2:
+        none = np.zeros(0, np.intp)
+        return SuggestedPoses(none, none, Similarity2Array.of(()), np.zeros(0))
     here, there, weights = _similar_patches(np.concatenate([each.waves for each in maps]), owner, settings)
-    votes = _agreeing_votes(maps, owner, here, there, weights, settings)
-    return csr_array(votes + votes.T)
+    swapped = owner[here] > owner[there]
+    here, there = np.where(swapped, there, here), np.where(swapped, here, there)
+    middles = np.array([each.points.mean(axis=0) if len(each.points) else (0.0, 0.0) for each in maps])
+    points = np.concatenate([each.points for each in maps]) - middles[owner]
+    yaws = np.concatenate([each.yaws for each in maps])
+    turn = (yaws[here] - yaws[there]) % math.tau
+    cosine, sine = np.cos(turn), np.sin(turn)
+    x = points[here, 0] - cosine * points[there, 0] + sine * points[there, 1]
+    y = points[here, 1] - sine * points[there, 0] - cosine * points[there, 1]
+    pair, turn, x, y, votes = _popular(owner[here] * len(maps) + owner[there], turn, x, y, weights, settings)
+    targets, sources = np.divmod(pair, len(maps))
+    to_middle, from_middle = (1j * middles[k, 1] + middles[k, 0] for k in (targets, sources))
+    rotation = np.exp(1j * turn)
+    moved = Similarity2Array(rotation, x + 1j * y + to_middle - rotation * from_middle)
+    return SuggestedPoses(targets, sources, moved, votes)
 
 
 def _similar_patches(
@@ -57,37 +101,57 @@ def _similar_patches(
     return np.concatenate(here), np.concatenate(there), np.exp(-distances / max(usual, 1e-12))
 
 
-def _agreeing_votes(
-    maps: Sequence[WallPatches],
-    owner: NDArray[np.intp],
-    here: NDArray[np.intp],
-    there: NDArray[np.intp],
+Columns = tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""Pairs, their turns, x, y and votes."""
+
+
+def _popular(
+    pair: NDArray[np.intp],
+    turn: NDArray[np.float64],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
     weights: NDArray[np.float64],
     settings: RetrievalSettings,
-) -> csr_array:
-    """Sum the weights of the votes of each pair of maps for its most popular relative pose: (N, N)."""
-    points = np.concatenate([each.points - each.points.mean(axis=0) for each in maps if len(each.points)])
-    yaws = np.concatenate([each.yaws for each in maps])
-    turn = (yaws[here] - yaws[there]) % math.tau
-    cosine, sine = np.cos(turn), np.sin(turn)
-    x = points[here, 0] - cosine * points[there, 0] + sine * points[there, 1]
-    y = points[here, 1] - sine * points[there, 0] - cosine * points[there, 1]
-    pair = owner[here] * len(maps) + owner[there]
+) -> Columns:
+    """Sum the weights of the votes of each pair in bins of poses, and return the distinct poses with most votes.
+
+    Bins overlap by half in each direction, so that no place lies on the border of all.
+    """
     turns = round(math.tau / settings.turn_bin)
-    pairs, index = np.unique(pair, return_inverse=True)
-    most = np.zeros(len(pairs))
+    found: list[Columns] = []
     for half_turn in (0.0, 0.5):
-        for half_shift in (0.0, 0.5):
-            bins = (
-                index,
-                np.floor(turn / math.tau * turns + half_turn).astype(np.int64) % turns,
-                np.floor(x / settings.shift_bin + half_shift).astype(np.int64),
-                np.floor(y / settings.shift_bin + half_shift).astype(np.int64),
-            )
-            order = np.lexsort(bins[::-1])
-            ordered = np.stack(bins)[:, order]
-            first = np.flatnonzero(np.r_[True, (np.diff(ordered, axis=1) != 0).any(axis=0)])
-            sums = np.add.reduceat(weights[order], first)
-            np.maximum.at(most, ordered[0, first], sums)
-    rows, cols = np.divmod(pairs, len(maps))
-    return csr_array((most, (rows, cols)), shape=(len(maps), len(maps)))
+        for half_x in (0.0, 0.5):
+            for half_y in (0.0, 0.5):
+                bins = (
+                    pair,
+                    np.floor(turn / math.tau * turns + half_turn).astype(np.int64) % turns,
+                    np.floor(x / settings.shift_bin + half_x).astype(np.int64),
+                    np.floor(y / settings.shift_bin + half_y).astype(np.int64),
+                )
+                order = np.lexsort(bins[::-1])
+                ordered, weight = np.stack(bins)[:, order], weights[order]
+                first = np.flatnonzero(np.r_[True, (np.diff(ordered, axis=1) != 0).any(axis=0)])
+                sums = np.add.reduceat(weight, first)
+                shift_x, shift_y, cosine, sine = (
+                    np.add.reduceat(weight * each[order], first) for each in (x, y, np.cos(turn), np.sin(turn))
+                )
+                kept = sums >= settings.least_votes
+                mean = np.arctan2(sine, cosine), shift_x / sums, shift_y / sums
+                found.append((ordered[0, first][kept], *(each[kept] for each in mean), sums[kept]))
+    return _distinct([np.concatenate(column) for column in zip(*found, strict=True)], settings)
+
+
+def _distinct(columns: Sequence[NDArray[np.float64]], settings: RetrievalSettings) -> Columns:
+    """Keep the poses of each pair with most votes, of those that are nearly the same only one."""
+    order = np.lexsort((-columns[4], columns[0]))
+    pair, turn, x, y, votes = (column[order] for column in columns)
+    left, kept = np.arange(len(pair)), []
+    for _ in range(settings.poses):
+        pairs, first = np.unique(pair[left], return_index=True)
+        kept.append(left[first])
+        best = left[first][np.searchsorted(pairs, pair[left])]
+        turned = np.abs((turn[left] - turn[best] + math.pi) % math.tau - math.pi)
+        shifted = np.hypot(x[left] - x[best], y[left] - y[best])
+        left = left[(turned > settings.turn_bin) | (shifted > 2.0 * settings.shift_bin)]
+    chosen = np.sort(np.concatenate(kept))
+    return pair[chosen].astype(np.intp), turn[chosen], x[chosen], y[chosen], votes[chosen]

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.geometry.similarity2 import Similarity2
 from merge.preparation.prepared_map import PreparedMap
 from merge.preparation.surface import thinned
 from merge.retrieval.settings import PatchSettings
@@ -24,16 +25,17 @@ DIRECTIONS = 8
 
 @dataclass(frozen=True, eq=False)
 class WallPatches:
-    """The patches of a map: ``points`` (N, 2) on walls [m], their ``yaws`` (N,), those of the normals [rad], and
-    ``waves`` (N, D): amplitudes of cosine waves, first those of walls, then those of free space."""
+    """The patches of a map: ``points`` (N, 2) on walls [m] and ``yaws`` (N,) of their normals [rad], in the frame of the
+    map, and ``waves`` (N, D): amplitudes of cosine waves, first those of walls, then those of free space."""
 
     points: NDArray[np.float64]
     yaws: NDArray[np.float64]
     waves: NDArray[np.float32]
 
 
-def describe_walls(prepared: PreparedMap, cell: float, settings: PatchSettings) -> WallPatches:
-    """Describe the patches of a map whose prepared cells are ``cell`` metres wide."""
+def describe_walls(prepared: PreparedMap, metres: Similarity2, settings: PatchSettings) -> WallPatches:
+    """Describe the patches of a map; ``metres`` leads from cells of the prepared map to metres of the map."""
+    cell = metres.scale
     chosen = _spread(prepared, settings.spacing / cell, settings.most)
     points, normals = prepared.points[chosen], prepared.normals[chosen]
     u = np.arange(-settings.half_width, settings.half_width + 1e-9, settings.step) / cell
@@ -52,8 +54,8 @@ def describe_walls(prepared: PreparedMap, cell: float, settings: PatchSettings) 
         samples = weight * _sample(smooth, places)
         across = np.einsum("nvu,av->nau", samples, weights[0])
         waves.append(np.einsum("nau,bu->nab", across, weights[1])[:, kept])
-    yaws = np.arctan2(normals[:, 1], normals[:, 0])
-    return WallPatches(points * cell, yaws, np.concatenate(waves, axis=1).astype(np.float32))
+    yaws = np.arctan2(normals[:, 1], normals[:, 0]) + metres.yaw
+    return WallPatches(metres.apply(points), yaws, np.concatenate(waves, axis=1).astype(np.float32))
 
 
 def _spread(prepared: PreparedMap, spacing: float, most: int) -> NDArray[np.intp]:
