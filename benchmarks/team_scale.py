@@ -121,7 +121,7 @@ def index_scores(grids: Sequence[OccupancyGrid]) -> NDArray[np.float64]:
     """Score all pairs by the index, also of a team so small that a merge does without: (N, N)."""
     settings = MergeSettings()
     patches = [describe(DescribeTask(grid, settings)) for grid in grids]
-    return np.asarray(suggest_poses(patches, settings.multimap.retrieval).most_votes(len(grids)).toarray())
+    return np.asarray(suggest_poses(patches, settings.multimap.retrieval).best_scores(len(grids)).toarray())
 
 
 def wrong_joins(team: DrawnTeam, result: MergeResult) -> list[PairResult]:

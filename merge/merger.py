@@ -13,7 +13,7 @@ from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, pla
 from merge.multimap.clustering import cluster_maps
 from merge.multimap.graph import Cluster, ClusterAlignment, Pair, in_matching_order
 from merge.multimap.joint_icp import joint_icp
-from merge.multimap.pair_selection import nearest_partners, score_all, select
+from merge.multimap.pair_selection import nearest_partners, rank_pairs, select
 from merge.multimap.pose_graph import join_clusters, refit_cluster
 from merge.multimap.results import merge_result
 from merge.multimap.stitching import stitch
@@ -88,12 +88,12 @@ def _check_names(maps: MapSet, settings: MergeSettings) -> None:
 
 def solve(team: Team, known: Answers) -> Solution:
     """Match the pairs of a team, cluster the maps, and refine each cluster; ``known`` pairs are not matched again."""
-    scores = score_all(team, known)
-    answers = match_pairs(team, known, select(team, scores, known))
+    ranking = rank_pairs(team, known)
+    answers = match_pairs(team, known, select(team, ranking, known))
     clusters = cluster(team, answers)
     selection = team.settings.multimap.selection
     for _ in range((selection.indexed_rounds if team.indexed else selection.rounds) - 1):
-        selected = select(team, scores, answers, clusters)
+        selected = select(team, ranking, answers, clusters)
         if not selected:
             break
         answers = match_pairs(team, answers, selected)

@@ -26,8 +26,9 @@ class PairSelectionSettings:
     - ``index_cells``: the poses that the index suggests are scored on maps of so many cells at most. Twice as wide
       cells of maps of 20 x 20 m at 5 cm lose 1 in 60 of the best neighbours, and take a quarter of the memory;
     - ``index_block_maps``: in blocks of so many maps by so many;
-    - ``bridges``: in the rounds after the first as many pairs of each cluster are matched as it has maps, or this if
-      it has fewer;
+    - ``bridge_candidates``: in the rounds after the first so many alignments of each cluster with larger ones are
+      measured, or as many as it has maps if those are more;
+    - ``bridges``, ``bridge_pairs``: of so many of them, those whose walls fit best, so many pairs are matched;
     - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
       partners. Cycles reject wrong answers, and three close enough of them.
     """
@@ -45,7 +46,9 @@ class PairSelectionSettings:
     indexed_rounds: int = 6
     index_cells: int = 60_000
     index_block_maps: int = 50
-    bridges: int = 8
+    bridge_candidates: int = 12
+    bridges: int = 4
+    bridge_pairs: int = 2
     guided_partners: int = 4
 
 

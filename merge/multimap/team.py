@@ -92,11 +92,17 @@ class Team:
         runner: Runner | None = None,
         cache: FeatureCache | None = None,
     ) -> Team:
-        """Prepare a merge; a ``cache`` may hold maps of it. Raises ``ValueError`` for priors that say nothing."""
+        """Prepare a merge; a ``cache`` may hold maps of it. Raises ``ValueError`` for priors that say nothing.
+
+        Refused pairs of an indexed team are not explained: there are thousands, and most show other places.
+        """
+        scale = settings.scale if settings.scale is not None else maps.scale_range
+        indexed = _is_indexed(maps, scale, settings.multimap)
+        if indexed:
+            settings = replace(settings, pair=replace(settings.pair, explains_refusals=False))
         cache = FeatureCache(settings.preparation) if cache is None else cache
         run, ordered = TaskRunner(runner, on_progress, cache), _in_canonical_order(maps)
         frames = tuple(local_frames(ordered, run.cache))
-        scale = settings.scale if settings.scale is not None else maps.scale_range
         likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood, settings.alignment)
         extents = {name: frame.extent for name, frame in zip(ordered.names, frames, strict=True)}
         frame = shared_frame(settings.priors, settings.reference, maps.names)
@@ -117,7 +123,7 @@ class Team:
                 scale.fixed,
                 settings.multimap,
                 None if expected else tuple(frame.diagonal for frame in frames),
-                not _is_indexed(ordered, scale, settings.multimap),
+                not indexed,
             ),
             run=run,
         )
@@ -205,7 +211,7 @@ class Solution:
 
 
 def _is_indexed(maps: MapSet, scale: ScaleRange, settings: MultimapSettings) -> bool:
-    return len(maps) >= settings.selection.min_indexed_maps and maps.metric and scale.fixed
+    return len(maps) >= settings.selection.min_indexed_maps and maps.metric and scale == ScaleRange.known()
 
 
 def _with_priors(

@@ -9,51 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from mapping.geometry.similarity2_array import Similarity2Array
+from merge.retrieval.relative_poses import RelativePoses
 from merge.retrieval.settings import RetrievalSettings
 from merge.retrieval.wall_patches import WallPatches
 
 
-@dataclass(frozen=True, eq=False)
-class SuggestedPoses:
-    """Relative poses of pairs of maps that similar patches vote for, in arrays (P,).
-
-    ``targets`` and ``sources`` are indices of maps, the lower first; ``target_from_source`` is in metres, at scale 1;
-    ``votes`` are sums of weights. The poses of a pair follow one another, the most popular first.
-    """
-
-    targets: NDArray[np.intp]
-    sources: NDArray[np.intp]
-    target_from_source: Similarity2Array
-    votes: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        return len(self.votes)
-
-    def __getitem__(self, index: NDArray[np.intp]) -> SuggestedPoses:
-        return SuggestedPoses(
-            self.targets[index], self.sources[index], self.target_from_source[index], self.votes[index]
-        )
-
-    def most_votes(self, maps: int) -> csr_array:
-        """Return the votes for the most popular pose of each pair: a sparse symmetric matrix (maps, maps)."""
-        first = np.flatnonzero(np.r_[True, (np.diff(self.targets) != 0) | (np.diff(self.sources) != 0)][: len(self)])
-        best = csr_array((self.votes[first], (self.targets[first], self.sources[first])), shape=(maps, maps))
-        return csr_array(best + best.T)
-
-
-def suggest_poses(maps: Sequence[WallPatches], settings: RetrievalSettings) -> SuggestedPoses:
-    """Suggest relative poses of all pairs of maps of which some patches look alike."""
+def suggest_poses(maps: Sequence[WallPatches], settings: RetrievalSettings) -> RelativePoses:
+    """Suggest relative poses of all pairs of maps of which some patches look alike; their scores are votes."""
     owner = np.repeat(np.arange(len(maps)), [len(each.points) for each in maps])
     if len(set(owner.tolist())) < 2:
-        none = np.zeros(0, np.intp)
-        return SuggestedPoses(none, none, Similarity2Array.of(()), np.zeros(0))
+        return RelativePoses.none()
     here, there, weights = _similar_patches(np.concatenate([each.waves for each in maps]), owner, settings)
     swapped = owner[here] > owner[there]
     here, there = np.where(swapped, there, here), np.where(swapped, here, there)
@@ -69,7 +39,7 @@ def suggest_poses(maps: Sequence[WallPatches], settings: RetrievalSettings) -> S
     to_middle, from_middle = (1j * middles[k, 1] + middles[k, 0] for k in (targets, sources))
     rotation = np.exp(1j * turn)
     moved = Similarity2Array(rotation, x + 1j * y + to_middle - rotation * from_middle)
-    return SuggestedPoses(targets, sources, moved, votes)
+    return RelativePoses(targets, sources, moved, votes)
 
 
 def _similar_patches(

@@ -25,8 +25,8 @@ DIRECTIONS = 8
 
 @dataclass(frozen=True, eq=False)
 class WallPatches:
-    """The patches of a map: ``points`` (N, 2) on walls [m] and ``yaws`` (N,) of their normals [rad], in the frame of the
-    map, and ``waves`` (N, D): amplitudes of cosine waves, first those of walls, then those of free space."""
+    """The patches of a map: ``points`` (N, 2) on walls [m] and ``yaws`` (N,) of their normals [rad], in the frame of
+    the map, and ``waves`` (N, D): amplitudes of cosine waves, first those of walls, then those of free space."""
 
     points: NDArray[np.float64]
     yaws: NDArray[np.float64]

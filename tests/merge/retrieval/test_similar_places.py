@@ -34,7 +34,7 @@ def place(seed, part=0, frame=SAME):
 
 
 def place_scores(maps):
-    return suggest_poses(maps, RetrievalSettings()).most_votes(len(maps))
+    return suggest_poses(maps, RetrievalSettings()).best_scores(len(maps))
 
 
 def described(grid, patches=SPARSE):
