@@ -35,7 +35,7 @@ from mapquilt.viz.plot_style import GRID, MUTED, logarithmic, new_figure, series
 from mapquilt.viz.png import figure_png
 from mapquilt.viz.text_table import plain_table
 from merge.merger import merge_maps
-from merge.multimap.pair_selection import DescribeTask, describe
+from merge.multimap.place_index import DescribeTask, describe
 from merge.records.result import MergeResult, PairResult
 from merge.retrieval.similar_places import suggest_poses
 from merge.settings import MergeSettings

@@ -9,6 +9,7 @@ from itertools import combinations
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.multimap import verdicts
+from merge.multimap.bridges import BridgeSearch
 from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
 from merge.multimap.clustering import cluster_maps
 from merge.multimap.graph import Cluster, ClusterAlignment, Pair, in_matching_order
@@ -22,6 +23,7 @@ from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import GuidedTask, match, match_near
 from merge.pair.task import PairTask, Runner, run_tasks
 from merge.records.result import MergeResult, PairResult
+from merge.retrieval.relative_poses import RelativePoses
 from merge.settings import MergeSettings
 
 Progress = Callable[[int, int], None]
@@ -91,8 +93,9 @@ def solve(team: Team, known: Answers) -> Solution:
     ranking = rank_pairs(team, known)
     answers = match_pairs(team, known, select(team, ranking, known))
     clusters = cluster(team, answers)
-    selection = team.settings.multimap.selection
-    for _ in range((selection.indexed_rounds if team.indexed else selection.rounds) - 1):
+    if ranking is not None and ranking.poses is not None:
+        clusters, answers = bridge_clusters(team, ranking.poses, answers, clusters)
+    for _ in range(0 if team.indexed else team.settings.multimap.selection.rounds - 1):
         selected = select(team, ranking, answers, clusters)
         if not selected:
             break
@@ -104,6 +107,22 @@ def solve(team: Team, known: Answers) -> Solution:
         refined.append(each)
     solution = merge_clusters(team, Solution(tuple(refined), answers))
     return Solution(solution.clusters, _complete(team, solution))
+
+
+def bridge_clusters(
+    team: Team, poses: RelativePoses, answers: Answers, clusters: list[Cluster]
+) -> tuple[list[Cluster], Answers]:
+    """Match pairs that may join the clusters of a large team, round by round, and cluster the maps again."""
+    search = BridgeSearch(team, poses)
+    for _ in range(team.settings.multimap.selection.indexed_rounds - 1):
+        bridges = search.find(clusters)
+        odds = search.learn(clusters, bridges)
+        selected = search.select(bridges, {pair for pair in team.pairs if pair not in answers})
+        answers = match_pairs(team, answers, selected)
+        before, clusters = len(clusters), cluster(team.judged_by(odds), answers)
+        if not selected and len(clusters) == before:
+            break
+    return clusters, answers
 
 
 def match_pairs(team: Team, answers: Answers, pairs: Sequence[Pair]) -> Answers:

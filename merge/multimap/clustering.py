@@ -71,12 +71,33 @@ def _grow(
         pairs = pairs_of(alignment.edges)
         log_odds = [edge.log_odds for edge in edges if edge.pair in pairs]
         cells = cell_log_odds(clusters[first], clusters[second], alignment.first_from_second, model, but=pairs)
-        if sum(log_odds) + cells <= 0.0 or not (model.cells_join or max(log_odds) + min(0.0, cells) > 0.0):
+        if not _joins(clusters[first], clusters[second], alignment, log_odds, cells, model):
             continue
         clusters = _joined(clusters, first, second, alignment, model)
         options = {roots: alignments for roots, alignments in options.items() if not {first, second} & set(roots)}
         options |= _alignments(clusters, weighted, [first], model)
     return [reject_outliers(clusters[root], edges, model) for root in sorted(clusters)]
+
+
+def _joins(
+    first: Cluster,
+    second: Cluster,
+    alignment: ClusterAlignment,
+    log_odds: Sequence[float],
+    cells: float,
+    model: ConsistencyModel,
+) -> bool:
+    """Decide if an alignment joins two clusters, by the log-odds of its answers and of all cells that then meet.
+
+    If cells do not join, one answer must be sure enough by itself, after what the fit of all walls says for it or
+    against it, at most as much as an answer loses in a team of that size.
+    """
+    if model.cells_join:
+        return sum(log_odds) + cells > 0.0
+    surest, bound = max(log_odds) + min(0.0, cells), model.max_alignment_log_odds
+    if model.alignment_log_odds is not None and abs(surest) <= bound:
+        surest += min(max(model.alignment_log_odds(first, second, alignment.first_from_second), -bound), bound)
+    return surest > 0.0
 
 
 def _joined(

@@ -137,13 +137,18 @@ class ClusterAlignment:
     support: float
 
 
+AlignmentLikelihood = Callable[[Cluster, Cluster, Similarity2], float]
+"""Log-odds that two clusters are aligned right, by the transform between their roots."""
+
+
 @dataclass(frozen=True, eq=False)
 class ConsistencyModel:
     """The measure by which edges, cells and poses agree: the likelihood of the cells and a chi-square test of edges.
 
     ``reaches`` [cells] are radii around the local frames of the maps: the likelihood of maps is 0 if these circles do
-    not overlap. Without them every pair is evaluated. With
-    ``cells_join`` False, cells that agree do not join two clusters without answers.
+    not overlap. Without them every pair is evaluated. With ``cells_join`` False, cells that agree do not join two
+    clusters without sure answers. Then ``alignment_log_odds``, at most
+    ``max_alignment_log_odds`` either way, are further ones, from how well two clusters fit all over.
     """
 
     likelihood: PairLikelihood
@@ -151,6 +156,8 @@ class ConsistencyModel:
     settings: MultimapSettings = MultimapSettings()
     reaches: Sequence[float] | None = None
     cells_join: bool = True
+    alignment_log_odds: AlignmentLikelihood | None = None
+    max_alignment_log_odds: float = 0.0
 
     @cached_property
     def gate(self) -> float:

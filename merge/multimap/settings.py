@@ -29,6 +29,7 @@ class PairSelectionSettings:
     - ``bridge_candidates``: in the rounds after the first so many alignments of each cluster with larger ones are
       measured, or as many as it has maps if those are more;
     - ``bridges``, ``bridge_pairs``: of so many of them, those whose walls fit best, so many pairs are matched;
+    - ``distinct_bridges`` [of a map's diagonal]: alignments that shift it less are one;
     - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
       partners. Cycles reject wrong answers, and three close enough of them.
     """
@@ -47,8 +48,9 @@ class PairSelectionSettings:
     index_cells: int = 60_000
     index_block_maps: int = 50
     bridge_candidates: int = 12
-    bridges: int = 4
+    bridges: int = 3
     bridge_pairs: int = 2
+    distinct_bridges: float = 0.12
     guided_partners: int = 4
 
 

@@ -15,6 +15,7 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.multimap.graph import (
+    AlignmentLikelihood,
     Cluster,
     ConsistencyModel,
     Edge,
@@ -132,6 +133,13 @@ class Team:
         """Free the memory of prepared maps and features; they are made again if needed."""
         self.run.cache.clear()
         self.likelihood.forget_prepared()
+
+    def judged_by(self, alignment_log_odds: AlignmentLikelihood) -> Team:
+        """Let the fit of whole clusters outweigh what an answer loses in a team of this size, but no more."""
+        model = replace(
+            self.model, alignment_log_odds=alignment_log_odds, max_alignment_log_odds=abs(self.prior_log_odds)
+        )
+        return replace(self, model=model)
 
     @property
     def pairs(self) -> list[Pair]:

@@ -1,0 +1,172 @@
+"""Bridges: alignments by which two clusters of a large team may join.
+
+A map looks like many places of a large building. Two clusters, laid over one another as one of those says, meet in many
+maps, and only in the right place do all of them fit. How well is learned from the team itself: from the pairs that
+joined, and from the many alignments that cannot all be right.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.geometry.similarity2 import Similarity2
+from merge.multimap.graph import Cluster, Pair
+from merge.multimap.place_index import CoarseMap
+from merge.multimap.team import Team
+from merge.retrieval.relative_poses import RelativePoses
+from merge.verification.wall_overlap import mean_score, measure_wall_overlap_by_tolerance
+
+LEAST_JOINED = 20
+"""Pairs that must have joined before their fits say how well right alignments fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """An alignment of two clusters.
+
+    ``fit``, 0 to 1, is that of all walls that then meet: the squared share of them that lie on a wall of the other
+    cluster, the mean over all tolerances. ``pairs`` are the maps that meet, those with most in common first.
+    """
+
+    first: Cluster
+    second: Cluster
+    first_from_second: Similarity2
+    fit: float = 0.0
+    pairs: tuple[Pair, ...] = ()
+
+    @property
+    def smaller(self) -> Cluster:
+        """The cluster of fewer maps; of two of one size that with the larger root."""
+        return min(self.first, self.second, key=lambda each: (len(each.poses), -each.root))
+
+
+class BridgeSearch:
+    """Find and measure alignments of clusters, from the relative ``poses`` that the index suggests."""
+
+    def __init__(self, team: Team, poses: RelativePoses) -> None:
+        self._team, self._poses = team, poses
+        self._maps: dict[int, CoarseMap] = {}
+
+    def find(self, clusters: Sequence[Cluster]) -> list[Bridge]:
+        """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first."""
+        found = [self.measured(each) for each in self._likeliest(clusters)]
+        return sorted(found, key=lambda each: -each.fit)
+
+    def select(self, bridges: Sequence[Bridge], wanted: Collection[Pair]) -> list[Pair]:
+        """Select the wanted pairs with most in common, of the bridges that fit best for each cluster."""
+        settings = self._team.settings.multimap.selection
+        used: dict[int, int] = {}
+        chosen: set[Pair] = set()
+        for bridge in bridges:
+            root = bridge.smaller.root
+            pairs = [pair for pair in bridge.pairs if pair in wanted and pair not in chosen]
+            if pairs and used.get(root, 0) < settings.bridges:
+                chosen.update(pairs[: settings.bridge_pairs])
+                used[root] = used.get(root, 0) + 1
+        return sorted(chosen)
+
+    def learn(self, clusters: Sequence[Cluster], bridges: Sequence[Bridge]) -> FitOdds:
+        """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from the bridges.
+
+        Of the bridges of each cluster the best are left out, because they may be right.
+        """
+        singles = [
+            Bridge(Cluster.of_one(a), Cluster.of_one(b), cluster.target_from_source(a, b))
+            for cluster in clusters
+            for a, b in sorted({edge.pair for edge in cluster.edges})
+        ]
+        best: dict[int, int] = {}
+        wrong = []
+        for bridge in bridges:
+            best[bridge.smaller.root] = best.get(bridge.smaller.root, 0) + 1
+            if best[bridge.smaller.root] > self._team.settings.multimap.selection.bridges:
+                wrong.append(bridge.fit)
+        return FitOdds(self, np.sort([self.measured(each).fit for each in singles]), np.sort(wrong))
+
+    def measured(self, bridge: Bridge) -> Bridge:
+        """Measure an alignment on all pairs of maps that then meet."""
+        team, overlap = self._team, self._team.settings.alignment.overlap
+        placed = {b: bridge.first_from_second @ pose for b, pose in bridge.second.poses.items()}
+        inliers, compared = np.zeros((2, len(overlap.tolerance_shares)))
+        pairs: list[tuple[float, Pair]] = []
+        for a, b in team.model.neighbours(bridge.first.poses, placed):
+            between = bridge.first.poses[a].inverse() @ placed[b]
+            metric = team.frames[a].metres_from_local @ between @ team.frames[b].metres_from_local.inverse()
+            target, source = self._map(a), self._map(b)
+            cells = target.metres.inverse() @ metric @ source.metres
+            points = team.settings.multimap.selection.coarse_points
+            walls = measure_wall_overlap_by_tolerance(target.prepared, source.prepared, cells, points, overlap)
+            inliers += [each.inlier_length for each in walls]
+            compared += [each.compared_length for each in walls]
+            score = mean_score(walls)
+            if score > 0.0:
+                pairs.append((-score, (min(a, b), max(a, b))))
+        fit = float(np.mean((inliers / np.maximum(compared, 1.0)) ** 2))
+        return replace(bridge, fit=fit, pairs=tuple(pair for _, pair in sorted(pairs)))
+
+    def _map(self, index: int) -> CoarseMap:
+        if index not in self._maps:
+            self._maps[index] = CoarseMap.of(self._team.maps.grids[index], self._team.settings)
+        return self._maps[index]
+
+    def _likeliest(self, clusters: Sequence[Cluster]) -> list[Bridge]:
+        """List distinct alignments of clusters, by the best poses of two of their maps."""
+        team, poses = self._team, self._poses
+        cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
+        candidates = team.settings.multimap.selection.bridge_candidates
+        left = {each.root: max(candidates, len(each.poses)) for each in clusters}
+        root_of = np.array([cluster_of[k].root for k in range(len(team.maps))])
+        across = np.flatnonzero(root_of[poses.targets] != root_of[poses.sources])
+        found: dict[Pair, list[Bridge]] = {}
+        for k in across[np.argsort(-poses.scores[across], kind="stable")].tolist():
+            a, b = int(poses.targets[k]), int(poses.sources[k])
+            if root_of[a] > root_of[b]:
+                a, b = b, a
+            bridge = Bridge(cluster_of[a], cluster_of[b], Similarity2.identity())
+            if left[bridge.smaller.root] == 0:
+                continue
+            (metric,) = poses.target_from_source[np.array([k])].similarities()
+            between = team.local(metric, min(a, b), max(a, b))
+            between = between if a < b else between.inverse()
+            place = bridge.first.poses[a] @ between @ bridge.second.poses[b].inverse()
+            others = found.setdefault((bridge.first.root, bridge.second.root), [])
+            if all(self._apart(place, each, b) for each in others):
+                others.append(replace(bridge, first_from_second=place))
+                left[bridge.smaller.root] -= 1
+        return [bridge for bridges in found.values() for bridge in bridges]
+
+    def _apart(self, place: Similarity2, other: Bridge, member: int) -> bool:
+        """Test if two alignments put a map of the second cluster at different places."""
+        pose, diagonal = other.second.poses[member], self._team.frames[member].diagonal
+        moved = (other.first_from_second @ pose).inverse() @ place @ pose
+        shift = math.hypot(moved.x, moved.y) + abs(moved.yaw) * diagonal / 2.0
+        return shift > self._team.settings.multimap.selection.distinct_bridges * diagonal
+
+
+@dataclass(frozen=True, eq=False)
+class FitOdds:
+    """Log-odds that two clusters are aligned right, from how well all their walls then fit.
+
+    ``right`` and ``wrong`` are fits of right and of wrong alignments, sorted. The odds are the share of right ones that
+    fit no better, to that of wrong ones that fit no worse, of which each is counted once more than seen.
+    """
+
+    search: BridgeSearch
+    right: NDArray[np.float64]
+    wrong: NDArray[np.float64]
+
+    def __call__(self, first: Cluster, second: Cluster, first_from_second: Similarity2) -> float:
+        return self.log_odds(self.search.measured(Bridge(first, second, first_from_second)).fit)
+
+    def log_odds(self, fit: float) -> float:
+        """Return the log-odds of a fit, which rise with it; 0 if too few pairs joined to know."""
+        if len(self.right) < LEAST_JOINED:
+            return 0.0
+        no_better = 1 + int(np.searchsorted(self.right, fit, side="right"))
+        no_worse = 1 + len(self.wrong) - int(np.searchsorted(self.wrong, fit, side="left"))
+        return math.log(no_better / (1 + len(self.right))) - math.log(no_worse / (1 + len(self.wrong)))
