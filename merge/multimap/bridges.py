@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.graph import Cluster, Pair
+from merge.multimap.graph import Cluster, Edge, Pair
 from merge.multimap.place_index import CoarseMap
 from merge.multimap.team import Team
 from merge.retrieval.relative_poses import RelativePoses
@@ -71,22 +71,19 @@ class BridgeSearch:
         return sorted(chosen)
 
     def learn(self, clusters: Sequence[Cluster], bridges: Sequence[Bridge]) -> FitOdds:
-        """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from the bridges.
+        """Learn how well right alignments fit, from the answers that joined, and wrong ones, from the bridges.
 
-        Of the bridges of each cluster the best are left out, because they may be right.
+        Each answer is taken to put its source on all other maps of its cluster, as if it joined just then. Of the
+        bridges of each cluster the best are left out, because they may be right.
         """
-        singles = [
-            Bridge(Cluster.of_one(a), Cluster.of_one(b), cluster.target_from_source(a, b))
-            for cluster in clusters
-            for a, b in sorted({edge.pair for edge in cluster.edges})
-        ]
+        joined = [_without_source(cluster, edge) for cluster in clusters for edge in cluster.edges]
         best: dict[int, int] = {}
         wrong = []
         for bridge in bridges:
             best[bridge.smaller.root] = best.get(bridge.smaller.root, 0) + 1
             if best[bridge.smaller.root] > self._team.settings.multimap.selection.bridges:
                 wrong.append(bridge.fit)
-        return FitOdds(self, np.sort([self.measured(each).fit for each in singles]), np.sort(wrong))
+        return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(wrong))
 
     def measured(self, bridge: Bridge) -> Bridge:
         """Measure an alignment on all pairs of maps that then meet."""
@@ -146,6 +143,12 @@ class BridgeSearch:
         moved = (other.first_from_second @ pose).inverse() @ place @ pose
         shift = math.hypot(moved.x, moved.y) + abs(moved.yaw) * diagonal / 2.0
         return shift > self._team.settings.multimap.selection.distinct_bridges * diagonal
+
+
+def _without_source(cluster: Cluster, edge: Edge) -> Bridge:
+    """Return the alignment of an answer's source with the rest of its cluster."""
+    rest = {index: pose for index, pose in cluster.poses.items() if index != edge.source}
+    return Bridge(Cluster(rest, ()), Cluster.of_one(edge.source), rest[edge.target] @ edge.target_from_source)
 
 
 @dataclass(frozen=True, eq=False)
