@@ -51,6 +51,7 @@ class BridgeSearch:
     def __init__(self, team: Team, poses: RelativePoses) -> None:
         self._team, self._poses = team, poses
         self._maps: dict[int, CoarseMap] = {}
+        self._wrong: list[float] = []
 
     def find(self, clusters: Sequence[Cluster]) -> list[Bridge]:
         """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first."""
@@ -74,16 +75,18 @@ class BridgeSearch:
         """Learn how well right alignments fit, from the answers that joined, and wrong ones, from the bridges.
 
         Each answer is taken to put its source on all other maps of its cluster, as if it joined just then. Of the
-        bridges of each cluster the best are left out, because they may be right.
+        bridges of each cluster the best are left out, because they may be right. Once few clusters are left, the larger
+        number of wrong ones of an earlier call is kept.
         """
         joined = [_without_source(cluster, edge) for cluster in clusters for edge in cluster.edges]
         best: dict[int, int] = {}
-        wrong = []
+        wrong: list[float] = []
         for bridge in bridges:
             best[bridge.smaller.root] = best.get(bridge.smaller.root, 0) + 1
             if best[bridge.smaller.root] > self._team.settings.multimap.selection.bridges:
                 wrong.append(bridge.fit)
-        return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(wrong))
+        self._wrong = max(self._wrong, wrong, key=len)
+        return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(self._wrong))
 
     def measured(self, bridge: Bridge) -> Bridge:
         """Measure an alignment on all pairs of maps that then meet."""
