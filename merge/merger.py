@@ -11,7 +11,7 @@ from mapping.map_set import MapSet
 from merge.multimap import verdicts
 from merge.multimap.bridges import BridgeSearch
 from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
-from merge.multimap.clustering import cluster_maps
+from merge.multimap.clustering import cluster_maps, join_by_fit
 from merge.multimap.graph import Cluster, ClusterAlignment, Pair, in_matching_order
 from merge.multimap.joint_icp import joint_icp
 from merge.multimap.pair_selection import nearest_partners, rank_pairs, select
@@ -119,7 +119,8 @@ def bridge_clusters(
         odds = search.learn(clusters, bridges)
         selected = search.select(bridges, {pair for pair in team.pairs if pair not in answers})
         answers = match_pairs(team, answers, selected)
-        before, clusters = len(clusters), cluster(team.judged_by(odds), answers)
+        before = len(clusters)
+        clusters = join_by_fit(cluster(team, answers), team.edges(answers), team.model, odds, team.prior_log_odds)
         if not selected and len(clusters) == before:
             break
     return clusters, answers
@@ -146,8 +147,7 @@ def _candidates(answer: PairResult) -> tuple[Similarity2, ...]:
 
 def cluster(team: Team, answers: Answers) -> list[Cluster]:
     """Cluster the maps by the accepted answers that agree with one another and with the cells."""
-    edges = [team.edge(answers[pair]) for pair in sorted(answers) if answers[pair].accepted]
-    return cluster_maps(len(team.maps), edges, team.model)
+    return cluster_maps(len(team.maps), team.edges(answers), team.model)
 
 
 def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:

@@ -147,8 +147,7 @@ class ConsistencyModel:
 
     ``reaches`` [cells] are radii around the local frames of the maps: the likelihood of maps is 0 if these circles do
     not overlap. Without them every pair is evaluated. With ``cells_join`` False, cells that agree do not join two
-    clusters without sure answers. Then ``alignment_log_odds``, at most
-    ``max_alignment_log_odds`` either way, are further ones, from how well two clusters fit all over.
+    clusters without sure answers.
     """
 
     likelihood: PairLikelihood
@@ -156,8 +155,6 @@ class ConsistencyModel:
     settings: MultimapSettings = MultimapSettings()
     reaches: Sequence[float] | None = None
     cells_join: bool = True
-    alignment_log_odds: AlignmentLikelihood | None = None
-    max_alignment_log_odds: float = 0.0
 
     @cached_property
     def gate(self) -> float:

@@ -15,7 +15,6 @@ from mapping.geometry.scale_range import ScaleRange
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.multimap.graph import (
-    AlignmentLikelihood,
     Cluster,
     ConsistencyModel,
     Edge,
@@ -134,13 +133,6 @@ class Team:
         self.run.cache.clear()
         self.likelihood.forget_prepared()
 
-    def judged_by(self, alignment_log_odds: AlignmentLikelihood) -> Team:
-        """Let the fit of whole clusters outweigh what an answer loses in a team of this size, but no more."""
-        model = replace(
-            self.model, alignment_log_odds=alignment_log_odds, max_alignment_log_odds=abs(self.prior_log_odds)
-        )
-        return replace(self, model=model)
-
     @property
     def pairs(self) -> list[Pair]:
         return list(combinations(range(len(self.maps)), 2))
@@ -180,6 +172,10 @@ class Team:
         )
         edge = replace(edge, log_odds=edge.log_odds - less)
         return edge if edge.target < edge.source else edge.reversed()
+
+    def edges(self, answers: Answers) -> list[Edge]:
+        """Turn the accepted answers into edges."""
+        return [self.edge(answers[pair]) for pair in sorted(answers) if answers[pair].accepted]
 
     @cached_property
     def prior_log_odds(self) -> float:
