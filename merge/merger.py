@@ -112,7 +112,7 @@ def solve(team: Team, known: Answers) -> Solution:
 def bridge_clusters(
     team: Team, poses: RelativePoses, answers: Answers, clusters: list[Cluster]
 ) -> tuple[list[Cluster], Answers]:
-    """Match pairs that may join the clusters of a large team, round by round, and cluster the maps again."""
+    """Match pairs that may join the clusters of a large team, round by round, and join those."""
     search = BridgeSearch(team, poses)
     for _ in range(team.settings.multimap.selection.indexed_rounds - 1):
         bridges = search.find(clusters)
@@ -120,7 +120,7 @@ def bridge_clusters(
         selected = search.select(bridges, {pair for pair in team.pairs if pair not in answers})
         answers = match_pairs(team, answers, selected)
         before = len(clusters)
-        clusters = join_by_fit(cluster(team, answers), team.edges(answers), team.model, odds, team.prior_log_odds)
+        clusters = join_by_fit(clusters, team.edges(answers), team.model, odds, team.prior_log_odds)
         if not selected and len(clusters) == before:
             break
     return clusters, answers
