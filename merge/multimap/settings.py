@@ -48,7 +48,7 @@ class PairSelectionSettings:
     index_cells: int = 60_000
     index_block_maps: int = 50
     bridge_candidates: int = 12
-    bridges: int = 2
+    bridges: int = 3
     bridge_pairs: int = 2
     distinct_bridges: float = 0.12
     guided_partners: int = 4
