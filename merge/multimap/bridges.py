@@ -96,6 +96,9 @@ class BridgeSearch:
         pairs: list[tuple[float, Pair]] = []
         for a, b in team.model.neighbours(bridge.first.poses, placed):
             between = bridge.first.poses[a].inverse() @ placed[b]
+            diagonals = team.frames[a].diagonal + between.scale * team.frames[b].diagonal
+            if math.hypot(between.x, between.y) > diagonals / 2.0:
+                continue
             metric = team.frames[a].metres_from_local @ between @ team.frames[b].metres_from_local.inverse()
             target, source = self._map(a), self._map(b)
             cells = target.metres.inverse() @ metric @ source.metres
