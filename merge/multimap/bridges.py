@@ -121,8 +121,7 @@ class BridgeSearch:
         """List distinct alignments of clusters, by the best poses of two of their maps."""
         team, poses = self._team, self._poses
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
-        candidates = team.settings.multimap.selection.bridge_candidates
-        left = {each.root: max(candidates, len(each.poses)) for each in clusters}
+        left = dict.fromkeys((each.root for each in clusters), team.settings.multimap.selection.bridge_candidates)
         root_of = np.array([cluster_of[k].root for k in range(len(team.maps))])
         across = np.flatnonzero(root_of[poses.targets] != root_of[poses.sources])
         found: dict[Pair, list[Bridge]] = {}

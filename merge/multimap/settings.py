@@ -26,8 +26,8 @@ class PairSelectionSettings:
     - ``index_cells``: the poses that the index suggests are scored on maps of so many cells at most. Twice as wide
       cells of maps of 20 x 20 m at 5 cm lose 1 in 60 of the best neighbours, and take a quarter of the memory;
     - ``index_block_maps``: in blocks of so many maps by so many;
-    - ``bridge_candidates``: in the rounds after the first so many alignments of each cluster with larger ones are
-      measured, or as many as it has maps if those are more;
+    - ``bridge_candidates``: in the rounds after the first, so many alignments of each cluster with larger ones are
+      measured;
     - ``bridges``, ``bridge_pairs``: of so many of them, those whose walls fit best, so many pairs are matched;
     - ``distinct_bridges`` [of a map's diagonal]: alignments that shift it less are one;
     - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
