@@ -13,13 +13,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.graph import Cluster, Edge, Pair
+from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair
 from merge.multimap.place_index import CoarseMap
 from merge.multimap.team import Team
 from merge.retrieval.relative_poses import RelativePoses
 from merge.verification.wall_overlap import mean_score, measure_wall_overlap_by_tolerance
+
+LEAST_MISFIT = 0.001
+"""Misfits far below this are noise."""
+
+LEAST_SPREAD = 0.1
+"""Least standard deviation of the logarithm of the misfit."""
+
+QUARTILES = 1.349
+"""Distance of the quartiles of a normal distribution [standard deviations]."""
 
 LEAST_JOINED = 20
 """Pairs that must have joined before their fits say how well right alignments fit."""
@@ -29,13 +39,15 @@ LEAST_JOINED = 20
 class Bridge:
     """An alignment of two clusters.
 
-    ``fit``, 0 to 1, is that of all walls that then meet: the squared share of them that lie on a wall of the other
-    cluster, the mean over all tolerances. ``pairs`` are the maps that meet, those with most in common first.
+    It places the maps ``between`` on one another, one of either. ``fit``, 0 to 1, is that of all walls that then meet
+    around them: the squared share that lies on a wall of the other cluster, the mean over all tolerances. Further away
+    the errors of whole clusters add up. ``pairs`` are the maps that meet, those with most in common first.
     """
 
     first: Cluster
     second: Cluster
     first_from_second: Similarity2
+    between: Pair
     fit: float = 0.0
     pairs: tuple[Pair, ...] = ()
 
@@ -89,13 +101,14 @@ class BridgeSearch:
         return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(self._wrong))
 
     def measured(self, bridge: Bridge) -> Bridge:
-        """Measure an alignment on all pairs of maps that then meet."""
+        """Measure an alignment on the pairs of maps that then meet."""
         team, overlap = self._team, self._team.settings.alignment.overlap
-        placed = {b: bridge.first_from_second @ pose for b, pose in bridge.second.poses.items()}
+        here, there = (self._around(*each) for each in zip((bridge.first, bridge.second), bridge.between, strict=True))
+        placed = {b: bridge.first_from_second @ pose for b, pose in there.items()}
         inliers, compared = np.zeros((2, len(overlap.tolerance_shares)))
         pairs: list[tuple[float, Pair]] = []
-        for a, b in team.model.neighbours(bridge.first.poses, placed):
-            between = bridge.first.poses[a].inverse() @ placed[b]
+        for a, b in team.model.neighbours(here, placed):
+            between = here[a].inverse() @ placed[b]
             diagonals = team.frames[a].diagonal + between.scale * team.frames[b].diagonal
             if math.hypot(between.x, between.y) > diagonals / 2.0:
                 continue
@@ -111,6 +124,15 @@ class BridgeSearch:
                 pairs.append((-score, (min(a, b), max(a, b))))
         fit = float(np.mean((inliers / np.maximum(compared, 1.0)) ** 2))
         return replace(bridge, fit=fit, pairs=tuple(pair for _, pair in sorted(pairs)))
+
+    def _around(self, cluster: Cluster, member: int) -> dict[int, Similarity2]:
+        """Return the poses of the maps of a cluster whose middle is within the diagonal of a member of its own."""
+        middle, reach = cluster.poses[member], self._team.frames[member].diagonal * cluster.poses[member].scale
+        return {
+            index: pose
+            for index, pose in cluster.poses.items()
+            if math.hypot(pose.x - middle.x, pose.y - middle.y) <= reach
+        }
 
     def _map(self, index: int) -> CoarseMap:
         if index not in self._maps:
@@ -129,7 +151,7 @@ class BridgeSearch:
             a, b = int(poses.targets[k]), int(poses.sources[k])
             if root_of[a] > root_of[b]:
                 a, b = b, a
-            bridge = Bridge(cluster_of[a], cluster_of[b], Similarity2.identity())
+            bridge = Bridge(cluster_of[a], cluster_of[b], Similarity2.identity(), (a, b))
             if left[bridge.smaller.root] == 0:
                 continue
             (metric,) = poses.target_from_source[np.array([k])].similarities()
@@ -153,7 +175,8 @@ class BridgeSearch:
 def _without_source(cluster: Cluster, edge: Edge) -> Bridge:
     """Return the alignment of an answer's source with the rest of its cluster."""
     rest = {index: pose for index, pose in cluster.poses.items() if index != edge.source}
-    return Bridge(Cluster(rest, ()), Cluster.of_one(edge.source), rest[edge.target] @ edge.target_from_source)
+    place = rest[edge.target] @ edge.target_from_source
+    return Bridge(Cluster(rest, ()), Cluster.of_one(edge.source), place, (edge.target, edge.source))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,20 +184,29 @@ class FitOdds:
     """Log-odds that two clusters are aligned right, from how well all their walls then fit.
 
     ``right`` and ``wrong`` are fits of right and of wrong alignments, sorted. The odds are the share of right ones that
-    fit no better, to that of wrong ones that fit no worse, of which each is counted once more than seen.
+    fit no better, to that of wrong ones that fit no worse, of which each is counted once more than seen. Where few right
+    ones were seen, their share is that of a log-normal distribution of the misfit with the same quartiles, if larger.
     """
 
     search: BridgeSearch
     right: NDArray[np.float64]
     wrong: NDArray[np.float64]
 
-    def __call__(self, first: Cluster, second: Cluster, first_from_second: Similarity2) -> float:
-        return self.log_odds(self.search.measured(Bridge(first, second, first_from_second)).fit)
+    def __call__(self, first: Cluster, second: Cluster, alignment: ClusterAlignment) -> float:
+        surest = max(alignment.edges, key=lambda edge: edge.log_odds)
+        between = surest.target, surest.source
+        return self.log_odds(self.search.measured(Bridge(first, second, alignment.first_from_second, between)).fit)
 
     def log_odds(self, fit: float) -> float:
         """Return the log-odds of a fit, which rise with it; 0 if too few pairs joined to know."""
         if len(self.right) < LEAST_JOINED:
             return 0.0
-        no_better = 1 + int(np.searchsorted(self.right, fit, side="right"))
+        seen = (1 + int(np.searchsorted(self.right, fit, side="right"))) / (1 + len(self.right))
         no_worse = 1 + len(self.wrong) - int(np.searchsorted(self.wrong, fit, side="left"))
-        return math.log(no_better / (1 + len(self.right))) - math.log(no_worse / (1 + len(self.wrong)))
+        return math.log(max(seen, self._tail(fit))) - math.log(no_worse / (1 + len(self.wrong)))
+
+    def _tail(self, fit: float) -> float:
+        """Return the share of right alignments that fit no better, by the log-normal distribution of the misfit."""
+        low, middle, high = np.log(1.0 - np.quantile(self.right, (0.75, 0.5, 0.25)) + LEAST_MISFIT)
+        spread = max((high - low) / QUARTILES, LEAST_SPREAD)
+        return float(ndtr((middle - math.log(1.0 - fit + LEAST_MISFIT)) / spread))

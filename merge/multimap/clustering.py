@@ -127,7 +127,7 @@ def _candidates(
             cells = cell_log_odds(first, second, each.first_from_second, model, but=pairs_of(each.edges))
             log_odds = surest + min(0.0, cells)
             if log_odds + bound > 0.0:
-                log_odds += min(max(fit(first, second, each.first_from_second), -bound), bound)
+                log_odds += min(max(fit(first, second, each), -bound), bound)
             if log_odds > 0.0:
                 found.append(_Candidate(roots, each, log_odds))
     return found

@@ -137,8 +137,8 @@ class ClusterAlignment:
     support: float
 
 
-AlignmentLikelihood = Callable[[Cluster, Cluster, Similarity2], float]
-"""Log-odds that two clusters are aligned right, by the transform between their roots."""
+AlignmentLikelihood = Callable[[Cluster, Cluster, ClusterAlignment], float]
+"""Log-odds that two clusters are aligned right."""
 
 
 @dataclass(frozen=True, eq=False)

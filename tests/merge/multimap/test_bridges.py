@@ -86,10 +86,11 @@ def test_the_right_alignment_of_two_clusters_fits_better_than_shifted_ones(drawn
     roots = [world[k] @ team.frames[k].metres_from_local for k in (first.root, second.root)]
     right = roots[0].inverse() @ roots[1]
     search = BridgeSearch(team, indexed_poses(team))
-    fit = search.measured(Bridge(first, second, right)).fit
+    between = first.root, second.root
+    fit = search.measured(Bridge(first, second, right, between)).fit
     shifts = [Similarity2(30.0, 0.0), Similarity2(0.0, -30.0), Similarity2(yaw=0.5), Similarity2(25.0, 25.0, 3.0)]
     for shift in shifts:
-        assert search.measured(Bridge(first, second, right @ shift)).fit < fit - 0.1
+        assert search.measured(Bridge(first, second, right @ shift, between)).fit < fit - 0.1
     assert fit > 0.8
 
 
