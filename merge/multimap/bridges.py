@@ -184,8 +184,8 @@ class FitOdds:
     """Log-odds that two clusters are aligned right, from how well all their walls then fit.
 
     ``right`` and ``wrong`` are fits of right and of wrong alignments, sorted. The odds are the share of right ones that
-    fit no better, to that of wrong ones that fit no worse, of which each is counted once more than seen. Where few right
-    ones were seen, their share is that of a log-normal distribution of the misfit with the same quartiles, if larger.
+    fit no better, to that of wrong ones that fit no worse, of which each is counted once more than seen. Beyond the
+    right ones seen, their share is that of a log-normal distribution of the misfit with the same quartiles.
     """
 
     search: BridgeSearch
