@@ -8,7 +8,7 @@ joined, and from the many alignments that cannot all be right.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,12 @@ from merge.multimap.place_index import CoarseMap
 from merge.multimap.team import Team
 from merge.retrieval.relative_poses import RelativePoses
 from merge.verification.wall_overlap import mean_score, measure_wall_overlap_by_tolerance
+
+POSSIBLY_RIGHT = 3
+"""Bridges of a cluster that may be right; the others cannot all be."""
+
+MOST_ANSWERS = 4
+"""Answers of an alignment that are tried as its place."""
 
 LEAST_MISFIT = 0.001
 """Misfits far below this are noise."""
@@ -63,7 +69,7 @@ class BridgeSearch:
     def __init__(self, team: Team, poses: RelativePoses) -> None:
         self._team, self._poses = team, poses
         self._maps: dict[int, CoarseMap] = {}
-        self._wrong: list[float] = []
+        self._first: list[tuple[Bridge, bool]] = []
 
     def find(self, clusters: Sequence[Cluster]) -> list[Bridge]:
         """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first."""
@@ -84,21 +90,28 @@ class BridgeSearch:
         return sorted(chosen)
 
     def learn(self, clusters: Sequence[Cluster], bridges: Sequence[Bridge]) -> FitOdds:
-        """Learn how well right alignments fit, from the answers that joined, and wrong ones, from the bridges.
+        """Learn how well right alignments fit, from the answers that joined, and wrong ones, from the first bridges.
 
-        Each answer is taken to put its source on all other maps of its cluster, as if it joined just then. Of the
-        bridges of each cluster the best are left out, because they may be right. Once few clusters are left, the larger
-        number of wrong ones of an earlier call is kept.
+        Each answer is taken to put its source on all other maps of its cluster, as if it joined just then. A bridge is
+        wrong if its maps have joined otherwise. As long as they have not joined, the best bridges of each cluster are
+        left out, because they may be right.
         """
+        if not self._first:
+            rank: dict[int, int] = {}
+            for bridge in bridges:
+                rank[bridge.smaller.root] = rank.get(bridge.smaller.root, 0) + 1
+                self._first.append((bridge, rank[bridge.smaller.root] <= POSSIBLY_RIGHT))
+        cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
         joined = [_without_source(cluster, edge) for cluster in clusters for edge in cluster.edges]
-        best: dict[int, int] = {}
-        wrong: list[float] = []
-        for bridge in bridges:
-            best[bridge.smaller.root] = best.get(bridge.smaller.root, 0) + 1
-            if best[bridge.smaller.root] > self._team.settings.multimap.selection.bridges:
-                wrong.append(bridge.fit)
-        self._wrong = max(self._wrong, wrong, key=len)
-        return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(self._wrong))
+        wrong = [each.fit for each, possible in self._first if self._is_wrong(each, possible, cluster_of)]
+        return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(wrong))
+
+    def _is_wrong(self, bridge: Bridge, possible: bool, cluster_of: Mapping[int, Cluster]) -> bool:
+        a, b = bridge.between
+        if cluster_of[a] is not cluster_of[b]:
+            return not possible
+        place = bridge.first.poses[a].inverse() @ bridge.first_from_second @ bridge.second.poses[b]
+        return self._apart(cluster_of[a].target_from_source(a, b), place, b)
 
     def measured(self, bridge: Bridge) -> Bridge:
         """Measure an alignment on the pairs of maps that then meet."""
@@ -159,15 +172,15 @@ class BridgeSearch:
             between = between if a < b else between.inverse()
             place = bridge.first.poses[a] @ between @ bridge.second.poses[b].inverse()
             others = found.setdefault((bridge.first.root, bridge.second.root), [])
-            if all(self._apart(place, each, b) for each in others):
+            pose = bridge.second.poses[b]
+            if all(self._apart(place @ pose, each.first_from_second @ pose, b) for each in others):
                 others.append(replace(bridge, first_from_second=place))
                 left[bridge.smaller.root] -= 1
         return [bridge for bridges in found.values() for bridge in bridges]
 
-    def _apart(self, place: Similarity2, other: Bridge, member: int) -> bool:
-        """Test if two alignments put a map of the second cluster at different places."""
-        pose, diagonal = other.second.poses[member], self._team.frames[member].diagonal
-        moved = (other.first_from_second @ pose).inverse() @ place @ pose
+    def _apart(self, place: Similarity2, other: Similarity2, member: int) -> bool:
+        """Test if two transforms put a map at different places."""
+        diagonal, moved = self._team.frames[member].diagonal, other.inverse() @ place
         shift = math.hypot(moved.x, moved.y) + abs(moved.yaw) * diagonal / 2.0
         return shift > self._team.settings.multimap.selection.distinct_bridges * diagonal
 
@@ -175,8 +188,13 @@ class BridgeSearch:
 def _without_source(cluster: Cluster, edge: Edge) -> Bridge:
     """Return the alignment of an answer's source with the rest of its cluster."""
     rest = {index: pose for index, pose in cluster.poses.items() if index != edge.source}
-    place = rest[edge.target] @ edge.target_from_source
-    return Bridge(Cluster(rest, ()), Cluster.of_one(edge.source), place, (edge.target, edge.source))
+    return _as_bridge(Cluster(rest, ()), Cluster.of_one(edge.source), edge)
+
+
+def _as_bridge(first: Cluster, second: Cluster, edge: Edge) -> Bridge:
+    """Return the alignment of two clusters by one answer, whose target is in the first."""
+    place = first.poses[edge.target] @ edge.target_from_source @ second.poses[edge.source].inverse()
+    return Bridge(first, second, place, (edge.target, edge.source))
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,9 +211,9 @@ class FitOdds:
     wrong: NDArray[np.float64]
 
     def __call__(self, first: Cluster, second: Cluster, alignment: ClusterAlignment) -> float:
-        surest = max(alignment.edges, key=lambda edge: edge.log_odds)
-        between = surest.target, surest.source
-        return self.log_odds(self.search.measured(Bridge(first, second, alignment.first_from_second, between)).fit)
+        """Judge an alignment by that of its surest answers whose place fits best."""
+        surest = sorted(alignment.edges, key=lambda edge: -edge.log_odds)[:MOST_ANSWERS]
+        return self.log_odds(max(self.search.measured(_as_bridge(first, second, edge)).fit for edge in surest))
 
     def log_odds(self, fit: float) -> float:
         """Return the log-odds of a fit, which rise with it; 0 if too few pairs joined to know."""
