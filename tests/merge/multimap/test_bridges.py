@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 
 from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_team
 from benchmarks.team_scale import wrong_joins
+from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
+from mapping.grid.frame import GridFrame
+from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.jobs.runner import Runner, Workers
 from merge.merger import merge_maps
@@ -124,3 +127,10 @@ def test_an_indexed_team_joins_right_with_any_workers_and_in_any_order(drawn):
     for name, pose in whole.reference_from_map.items():
         other = start @ again.reference_from_map[name]
         assert (other.x, other.y, other.yaw) == pytest.approx((pose.x, pose.y, pose.yaw), abs=1e-4)
+
+
+def test_blank_maps_of_a_large_team_stay_apart():
+    blank = OccupancyGrid(GridFrame(0.05, SE2.identity(), (40, 40)), np.full((40, 40), -1.0, np.float32))
+    names = tuple(f"map_{k}" for k in range(9))
+    result = merge_maps(MapSet(names, (blank,) * 9, ("m",) * 9), INDEXED)
+    assert len(result.groups) == 9
