@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -12,13 +13,17 @@ from pathlib import Path
 def started(*arguments: object, file_bytes: int = resource.RLIM_INFINITY) -> subprocess.Popen[str]:
     """Start the command in a process of its own, none of whose files grows beyond ``file_bytes``."""
     words = [sys.executable, "-m", "mapquilt", *map(str, arguments)]
-    limit = (file_bytes, resource.RLIM_INFINITY)
+
+    def prepare() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, resource.RLIM_INFINITY))
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a job in the background would ignore it
+
     return subprocess.Popen(
         words,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit),
+        preexec_fn=prepare,
     )
 
 

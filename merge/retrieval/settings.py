@@ -47,7 +47,7 @@ class RetrievalSettings:
     - ``nearest``: of these so many of other maps vote, by all waves;
     - ``turn_bin`` [rad], ``shift_bin`` [m]: votes for one relative pose agree within about this;
     - ``least_votes``: a pose is suggested by patches whose weights, at most 1 each, add up to this;
-    - ``poses``: at most so many of each pair.
+    - ``poses_per_pair``: at most so many.
     """
 
     patches: PatchSettings = field(default_factory=PatchSettings)
@@ -57,7 +57,7 @@ class RetrievalSettings:
     turn_bin: float = math.radians(12.0)
     shift_bin: float = 0.7
     least_votes: float = 0.5
-    poses: int = 3
+    poses_per_pair: int = 3
 
     def __post_init__(self) -> None:
         require_valid(self)

@@ -116,7 +116,7 @@ def _distinct(columns: Sequence[NDArray[np.float64]], settings: RetrievalSetting
     order = np.lexsort((-columns[4], columns[0]))
     pair, turn, x, y, votes = (column[order] for column in columns)
     left, kept = np.arange(len(pair)), []
-    for _ in range(settings.poses):
+    for _ in range(settings.poses_per_pair):
         pairs, first = np.unique(pair[left], return_index=True)
         kept.append(left[first])
         best = left[first][np.searchsorted(pairs, pair[left])]
