@@ -14,7 +14,7 @@ from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, pla
 from merge.multimap.clustering import cluster_maps, join_by_fit
 from merge.multimap.graph import Cluster, ClusterAlignment, Pair, in_matching_order
 from merge.multimap.joint_icp import joint_icp
-from merge.multimap.pair_selection import nearest_partners, rank_pairs, select
+from merge.multimap.pair_selection import Ranking, nearest_partners, rank_pairs, select
 from merge.multimap.pose_graph import join_clusters, refit_cluster
 from merge.multimap.results import merge_result
 from merge.multimap.stitching import stitch
@@ -95,18 +95,27 @@ def solve(team: Team, known: Answers) -> Solution:
     clusters = cluster(team, answers)
     if ranking is not None and ranking.poses is not None:
         clusters, answers = bridge_clusters(team, ranking.poses, answers, clusters)
-    for _ in range(0 if team.indexed else team.settings.multimap.selection.rounds - 1):
-        selected = select(team, ranking, answers, clusters)
-        if not selected:
-            break
-        answers = match_pairs(team, answers, selected)
-        clusters = cluster(team, answers)
+    else:
+        clusters, answers = match_across(team, ranking, answers, clusters)
     refined = []
     for each in clusters:
         each, answers = refine_cluster(team, answers, each)
         refined.append(each)
     solution = merge_clusters(team, Solution(tuple(refined), answers))
     return Solution(solution.clusters, _complete(team, solution))
+
+
+def match_across(
+    team: Team, ranking: Ranking | None, answers: Answers, clusters: list[Cluster]
+) -> tuple[list[Cluster], Answers]:
+    """Match the best pairs between clusters, and cluster the maps again, for some rounds."""
+    for _ in range(team.settings.multimap.selection.rounds - 1):
+        selected = select(team, ranking, answers, clusters)
+        if not selected:
+            break
+        answers = match_pairs(team, answers, selected)
+        clusters = cluster(team, answers)
+    return clusters, answers
 
 
 def bridge_clusters(

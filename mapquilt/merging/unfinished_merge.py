@@ -28,12 +28,20 @@ Call = tuple[Callable[..., Any], Any]
 def recording(folder: Path, runner: Runner) -> Iterator[RecordingRunner]:
     """Keep the answers of a merge beside its ``folder`` until the block ends without an error.
 
+    If it ends before the first answer, nothing is kept.
+
     Raises ``ValueError`` if another process merges into the folder.
     """
     work = unfinished_folder(folder)
-    with job_folder(work, "merge of mapquilt", TASKS_FILE, "answers of pairs\n"):
-        yield RecordingRunner(runner, work / JOURNAL_FILE)
-    remove_job(work, TASKS_FILE)
+    held, done = False, False
+    try:
+        with job_folder(work, "merge of mapquilt", TASKS_FILE, "answers of pairs\n"):
+            held = True
+            yield RecordingRunner(runner, work / JOURNAL_FILE)
+        done = True
+    finally:
+        if done or (held and not (work / JOURNAL_FILE).exists()):
+            remove_job(work, TASKS_FILE)
 
 
 @dataclass(frozen=True, eq=False)

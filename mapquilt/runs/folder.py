@@ -54,9 +54,11 @@ TRANSFORMS_FILE = "transforms.yaml"
 MERGE_PICTURE = "merge.png"
 REFUSED_PICTURE = "refused.png"
 ELASTIC_PICTURE = "elastic.png"
-MANIFEST_FILE = "manifest.jsonl"
 ALIGN_FILE = "align.json"
 OVERVIEW_PICTURE = "overview.png"
+
+MANIFEST_FILE = "manifest.jsonl"
+"""Marks the folder of a finished data set, in whose samples runs lie."""
 
 ANSWER_FILES = (
     MERGE_FILE,

@@ -23,8 +23,8 @@ class PairSelectionSettings:
     - ``min_indexed_maps``: from so many maps of known scale on, an index of wall patches ranks the pairs instead
       (``merge.retrieval``). All pairs of 40 maps cost as much as matching 40 pairs;
     - ``indexed_partners``, ``indexed_rounds``: the same numbers for such a team;
-    - ``index_cells``: the poses that the index suggests are scored on maps of so many cells at most. Twice as wide
-      cells of maps of 20 x 20 m at 5 cm lose 1 in 60 of the best neighbours, and take a quarter of the memory;
+    - ``index_cells``: the poses that the index suggests are scored on maps of so many cells at most: cells of
+      10 cm for maps of 20 x 20 m, which take a quarter of the memory of cells of 5 cm;
     - ``index_block_maps``: in blocks of so many maps by so many;
     - ``bridge_candidates``: in the rounds after the first, so many alignments of each cluster with larger ones are
       measured;

@@ -14,6 +14,7 @@ import pytest
 from benchmarks.team_injection.drawn_team import DrawnSettings, draw_team
 from mapping.io.map_file import save_map
 from mapquilt.jobs.runner import Runner
+from mapquilt.merging.unfinished_merge import recording
 from tests.conftest import command, hashes
 from tests.processes import last_line, started, wait_for_entry
 from worlds.families.registry import make_world
@@ -147,3 +148,10 @@ def test_two_merges_into_one_folder_at_a_time_are_refused(maps, tmp_path, capsys
         running.send_signal(signal.SIGCONT)
         assert running.wait(timeout=120) in (0, 1)
     assert (tmp_path / "out/merge.json").is_file()
+
+
+def test_a_merge_that_fails_before_its_first_answer_leaves_nothing(tmp_path):
+    with pytest.raises(ValueError, match="no answer"), recording(tmp_path / "out", Runner()):
+        assert [path.name for path in tmp_path.iterdir()] == [".out.unfinished"]
+        raise ValueError("no answer")
+    assert list(tmp_path.iterdir()) == []
