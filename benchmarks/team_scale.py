@@ -42,7 +42,6 @@ from merge.settings import MergeSettings
 from worlds.families.registry import make_world
 
 SEED = 5
-WORLD_SEED = 3
 
 NEIGHBOURS = 5
 """Best maps of the index that are looked at."""
@@ -74,18 +73,18 @@ class Row:
     memory_mb: float
 
 
-def draw_building(maps: int) -> DrawnTeam:
-    """Draw maps of about 20 x 20 m of one office, whose area grows with their number."""
+def draw_building(maps: int, family: str = "office", world_seed: int = 3) -> DrawnTeam:
+    """Draw maps of about 20 x 20 m of one building, whose area grows with their number."""
     side = max(40.0, 9.0 * maps**0.5)
     settings = DrawnSettings(maps=maps, reach=7.0, range=6.5)
-    return draw_team(make_world("office", WORLD_SEED, side, 0.7 * side), settings, np.random.default_rng(SEED))
+    return draw_team(make_world(family, world_seed, side, 0.7 * side), settings, np.random.default_rng(SEED))
 
 
-def measure(maps: int, workers: int) -> Row:
+def measure(maps: int, workers: int, family: str, world_seed: int) -> Row:
     """Draw a team and merge it, each in a process of its own, so that drawing takes no memory of the merge."""
     spawn = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=spawn) as elsewhere:
-        team = elsewhere.submit(draw_building, maps).result()
+        team = elsewhere.submit(draw_building, maps, family, world_seed).result()
     with ProcessPoolExecutor(1, mp_context=spawn) as elsewhere:
         return elsewhere.submit(measure_team, team, workers).result()
 
@@ -218,6 +217,8 @@ def _line(panel: Axes, maps: Sequence[int], values: Sequence[float], series: int
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--maps", default="20,50,100,200,500", help="numbers of maps (default: %(default)s)")
+    parser.add_argument("--family", default="office", help="family of the building (default: %(default)s)")
+    parser.add_argument("--world-seed", type=int, default=3, help="seed of the building (default: %(default)s)")
     parser.add_argument("--workers", type=int, default=2, help="processes that match pairs (default: %(default)s)")
     parser.add_argument("--out", type=Path, default=Path("scale"), help="folder of the results (default: %(default)s)")
     given = parser.parse_args()
@@ -226,7 +227,8 @@ def main() -> None:
     with (given.out / "scale.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [each.name for each in fields(Row)])
         writer.writeheader()
-        for row in map(partial(measure, workers=given.workers), map(int, given.maps.split(","))):
+        team = partial(measure, workers=given.workers, family=given.family, world_seed=given.world_seed)
+        for row in map(team, map(int, given.maps.split(","))):
             writer.writerow(asdict(row))
             file.flush()
             measured.append(row)

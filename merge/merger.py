@@ -9,10 +9,10 @@ from itertools import combinations
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.multimap import verdicts
-from merge.multimap.bridges import BridgeSearch
-from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters, placed_together
-from merge.multimap.clustering import cluster_maps, join_by_fit
-from merge.multimap.graph import Cluster, ClusterAlignment, Pair, in_matching_order
+from merge.multimap.bridges import LEAST_JOINED, Bridge, BridgeSearch, join_bridges
+from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters
+from merge.multimap.clustering import cluster_maps
+from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair, in_matching_order, pairs_of, placed_together
 from merge.multimap.joint_icp import joint_icp
 from merge.multimap.pair_selection import Ranking, nearest_partners, rank_pairs, select
 from merge.multimap.pose_graph import join_clusters, refit_cluster
@@ -93,7 +93,7 @@ def solve(team: Team, known: Answers) -> Solution:
     ranking = rank_pairs(team, known)
     answers = match_pairs(team, known, select(team, ranking, known))
     clusters = cluster(team, answers)
-    if ranking is not None and ranking.poses is not None:
+    if ranking is not None and ranking.poses is not None and sum(len(each.edges) for each in clusters) >= LEAST_JOINED:
         clusters, answers = bridge_clusters(team, ranking.poses, answers, clusters)
     else:
         clusters, answers = match_across(team, ranking, answers, clusters)
@@ -121,18 +121,51 @@ def match_across(
 def bridge_clusters(
     team: Team, poses: RelativePoses, answers: Answers, clusters: list[Cluster]
 ) -> tuple[list[Cluster], Answers]:
-    """Match pairs that may join the clusters of a large team, round by round, and join those."""
+    """Join the clusters of a large team, round by round, by alignments whose walls all fit."""
     search = BridgeSearch(team, poses)
-    for _ in range(team.settings.multimap.selection.indexed_rounds - 1):
+    for _ in range(team.settings.multimap.selection.indexed_rounds):
+        clusters, answers = strengthen_clusters(team, answers, clusters)
         bridges = search.find(clusters)
         odds = search.learn(clusters, bridges)
-        selected = search.select(bridges, {pair for pair in team.pairs if pair not in answers})
-        answers = match_pairs(team, answers, selected)
+        edges, answers = match_bridges(team, answers, odds.likely(bridges))
         before = len(clusters)
-        clusters = join_by_fit(clusters, team.edges(answers), team.model, odds, team.prior_log_odds)
-        if not selected and len(clusters) == before:
+        clusters = join_bridges(team, search, odds, clusters, edges)
+        if len(clusters) == before:
             break
     return clusters, answers
+
+
+def match_bridges(team: Team, answers: Answers, bridges: Sequence[tuple[Bridge, float]]) -> tuple[list[Edge], Answers]:
+    """Match the pairs with most in common of each bridge where it puts them; each bridge comes with its confidence.
+
+    Return the edges that agree with their bridges, in the order of those, and the answers.
+    """
+    most = team.settings.multimap.selection.bridge_pairs
+    wanted: dict[Pair, tuple[Bridge, float]] = {}
+    for bridge, confidence in bridges:
+        for pair in bridge.pairs[:most]:
+            wanted.setdefault(pair, (bridge, confidence))
+    placed = [bridge.placed for bridge, _ in wanted.values()]
+    tasks = [GuidedTask(team.task(p), team.metric(c, *team.task(p).names)) for p, c in zip(wanted, placed, strict=True)]
+    accepted: dict[Pair, PairResult] = {}
+    for (pair, (_, confidence)), place, guided in zip(wanted.items(), placed, team.run(match_near, tasks), strict=True):
+        agrees = guided.accepted and team.agrees(guided, place)
+        answer = verdicts.with_guided_answer(answers.get(pair), guided, agrees, confidence)
+        if answer is not None:
+            accepted[pair] = answer
+    return [team.edge(answer) for answer in accepted.values()], {**answers, **accepted}
+
+
+def strengthen_clusters(team: Team, answers: Answers, clusters: Sequence[Cluster]) -> tuple[list[Cluster], Answers]:
+    """Match the pairs that clusters predict, and refine the poses of each on the cells."""
+    found = []
+    for each in clusters:
+        if len(each.poses) > 1:
+            each, accepted, _ = match_predicted_pairs(team, answers, each)
+            answers = {**answers, **accepted}
+            each = refine_poses(team, answers, each)
+        found.append(each)
+    return found, answers
 
 
 def match_pairs(team: Team, answers: Answers, pairs: Sequence[Pair]) -> Answers:
@@ -160,25 +193,34 @@ def cluster(team: Team, answers: Answers) -> list[Cluster]:
 
 
 def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:
-    """Add the pairs that a cluster predicts, and refine its poses on the cells of all pairs."""
+    """Add the pairs that a cluster predicts, refine its poses, and give all its pairs a verdict."""
     if len(cluster.poses) == 1:
         return cluster, answers
-    cluster, answers = match_predicted_pairs(team, answers, cluster)
+    joined = pairs_of(cluster.edges)
+    cluster, accepted, overlapping = match_predicted_pairs(team, answers, cluster)
+    others = (pair for pair in combinations(sorted(cluster.poses), 2) if pair not in joined and pair not in accepted)
+    outside = {pair: verdicts.outside_graph(answers.get(pair), team.task(pair), pair in overlapping) for pair in others}
+    answers = {**answers, **accepted, **outside}
+    return refine_poses(team, answers, cluster), answers
+
+
+def refine_poses(team: Team, answers: Answers, cluster: Cluster) -> Cluster:
+    """Refine the poses of a cluster together on the cells of all pairs that join it."""
     tolerances = {
         pair: answer.evidence.tolerance_cells
         for pair, answer in answers.items()
-        if answer.evidence is not None and answer.accepted
+        if answer.evidence is not None and answer.accepted and not team.indexed
     }
     settings = team.settings.multimap.joint_icp
-    return joint_icp(
-        cluster, team.likelihood.prepared, tolerances, team.scale.fixed, settings, team.settings.alignment
-    ), answers
+    return joint_icp(cluster, team.likelihood.prepared, tolerances, team.scale.fixed, settings, team.settings.alignment)
 
 
-def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:
-    """Match the other pairs of a cluster again near its poses, and refit it on those that agree."""
+def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers, set[Pair]]:
+    """Match the other pairs of a cluster again near its poses, and refit it on those that agree.
+
+    Return the cluster, the answers that agree, and all pairs that it predicts to overlap.
+    """
     joined = {edge.pair for edge in cluster.edges}
-    others = [pair for pair in combinations(sorted(cluster.poses), 2) if pair not in joined]
     least = team.settings.multimap.clustering.guided_log_odds
     ordered = {index: cluster.poses[index] for index in sorted(cluster.poses)}
     near = [
@@ -189,19 +231,17 @@ def match_predicted_pairs(team: Team, answers: Answers, cluster: Cluster) -> tup
     overlapping = set(near)
     if team.indexed:
         near = nearest_partners(team, cluster, near)
-    found = dict(zip(near, _match_where_predicted(team, cluster, near), strict=True))
-    updated, edges = dict(answers), list(cluster.edges)
+    accepted: dict[Pair, PairResult] = {}
     bridges = team.chain_confidences(cluster, answers)
-    for pair in others:
-        guided = found.get(pair)
-        agrees = guided is not None and guided.accepted and team.agrees(guided, cluster)
-        accepted = verdicts.with_guided_answer(answers.get(pair), guided, agrees, bridges[pair])
-        if accepted is not None:
-            edges.append(team.edge(accepted))
-        updated[pair] = accepted or verdicts.outside_graph(answers.get(pair), team.task(pair), pair in overlapping)
-    if len(edges) > len(cluster.edges):
+    for pair, guided in zip(near, _match_where_predicted(team, cluster, near), strict=True):
+        agrees = guided.accepted and team.agrees(guided, cluster)
+        answer = verdicts.with_guided_answer(answers.get(pair), guided, agrees, bridges[pair])
+        if answer is not None:
+            accepted[pair] = answer
+    if accepted:
+        edges = [*cluster.edges, *(team.edge(answer) for answer in accepted.values())]
         cluster = refit_cluster(Cluster(cluster.poses, tuple(edges)), edges, team.model)
-    return cluster, updated
+    return cluster, accepted, overlapping
 
 
 def merge_clusters(team: Team, solution: Solution) -> Solution:

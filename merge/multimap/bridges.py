@@ -1,60 +1,86 @@
 """Bridges: alignments by which two clusters of a large team may join.
 
 A map looks like many places of a large building. Two clusters, laid over one another as one of those says, meet in many
-maps, and only in the right place do all of them fit. How well is learned from the team itself: from the pairs that
-joined, and from the many alignments that cannot all be right.
+maps, and only in the right place do the walls of all of them fit as well as they fit inside the clusters. How well that
+is, is learned from the team itself: from the pairs that joined, and from the many alignments that cannot all be right.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
+from scipy.special import expit, log_ndtr
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair
-from merge.multimap.place_index import CoarseMap
+from merge.alignment.correspondences import add_equations, add_equations_back
+from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair, placed_together
+from merge.multimap.overlap_likelihood import prepared_from_local
+from merge.multimap.pose_graph import join_clusters
 from merge.multimap.team import Team
+from merge.preparation.surface import thinned
 from merge.retrieval.relative_poses import RelativePoses
-from merge.verification.wall_overlap import mean_score, measure_wall_overlap_by_tolerance
+from merge.verification.wall_overlap import measure_wall_overlap_by_tolerance
 
 POSSIBLY_RIGHT = 3
 """Bridges of a cluster that may be right; the others cannot all be."""
 
-MOST_ANSWERS = 4
-"""Answers of an alignment that are tried as its place."""
-
-LEAST_MISFIT = 0.001
+LEAST_MISFIT = 0.002
 """Misfits far below this are noise."""
 
-LEAST_SPREAD = 0.1
-"""Least standard deviation of the logarithm of the misfit."""
+USUAL_LENGTH = 300.0
+"""A map is taken to have so much wall that fits as the walls of all maps do, beside what it has [wide cells]."""
+
+LEAST_SPREAD = 0.5
+"""Least standard deviation of the logarithm of the misfit: pairs that joined hold their maps where they fit best."""
 
 QUARTILES = 1.349
 """Distance of the quartiles of a normal distribution [standard deviations]."""
 
 LEAST_JOINED = 20
-"""Pairs that must have joined before their fits say how well right alignments fit."""
+"""Pairs that must have joined before their misfits say how well right alignments fit."""
+
+SAMPLE = 400
+"""Pairs that joined whose misfits are measured."""
+
+LEAST_PROBABILITY = 0.5
+"""Clusters are joined by an alignment of at least this probability."""
+
+MEASURED_ON, REFINED_ON = 40, 20
+"""Pairs of maps that meet on which an alignment is measured and refined."""
+
+HOPELESS, GIVEN_UP = 20.0, 40.0
+"""An alignment of such a misfit is not refined, and not even measured on all maps that meet."""
+
+UNSEEN = 2.0
+"""So much wall more than seen is taken to be off, so that a short comparison is not sure [wide cells]."""
+
+STEPS = 6
+"""Steps by which an alignment is refined."""
+
+GATES = 0.04, 0.012
+"""Largest distance of walls that are paired in the first and in the last of them [of the smaller map's diagonal]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bridge:
     """An alignment of two clusters.
 
-    It places the maps ``between`` on one another, one of either. ``fit``, 0 to 1, is that of all walls that then meet
-    around them: the squared share that lies on a wall of the other cluster, the mean over all tolerances. Further away
-    the errors of whole clusters add up. ``pairs`` are the maps that meet, those with most in common first.
+    It places the maps ``between`` on one another, one of either. ``misfit`` is that of all walls that then meet around
+    them: the share of the ``length`` [wide cells] compared that is off the walls of the other cluster, divided by the
+    share that is usual for these maps. Further away the errors of whole clusters add up. ``pairs`` are the maps that
+    meet, those with most in common first.
     """
 
     first: Cluster
     second: Cluster
     first_from_second: Similarity2
     between: Pair
-    fit: float = 0.0
+    misfit: float = math.inf
+    length: float = 0.0
     pairs: tuple[Pair, ...] = ()
 
     @property
@@ -62,34 +88,36 @@ class Bridge:
         """The cluster of fewer maps; of two of one size that with the larger root."""
         return min(self.first, self.second, key=lambda each: (len(each.poses), -each.root))
 
+    @property
+    def placed(self) -> Cluster:
+        """The poses of all maps under the alignment, in the frame of the first cluster, without edges."""
+        return placed_together(self.first, self.second, self.first_from_second)
+
+    def target_from_source(self, a: int, b: int) -> Similarity2:
+        """Return the relative pose of a map of the first cluster and one of the second."""
+        return self.first.poses[a].inverse() @ self.first_from_second @ self.second.poses[b]
+
 
 class BridgeSearch:
     """Find and measure alignments of clusters, from the relative ``poses`` that the index suggests."""
 
     def __init__(self, team: Team, poses: RelativePoses) -> None:
         self._team, self._poses = team, poses
-        self._maps: dict[int, CoarseMap] = {}
         self._first: list[tuple[Bridge, bool]] = []
+        self._usual = np.full(len(team.maps), LEAST_MISFIT)
+        self._usual_of_all = LEAST_MISFIT
 
     def find(self, clusters: Sequence[Cluster]) -> list[Bridge]:
         """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first."""
-        found = [self.measured(each) for each in self._likeliest(clusters)]
-        return sorted(found, key=lambda each: -each.fit)
+        self._measure_usual(clusters)
+        return sorted(map(self.fitted, self._likeliest(clusters)), key=lambda each: each.misfit)
 
-    def select(self, bridges: Sequence[Bridge], wanted: Collection[Pair]) -> list[Pair]:
-        """Select the wanted pairs with most in common, of the bridges that fit best for each cluster."""
-        settings = self._team.settings.multimap.selection
-        used: dict[int, int] = {}
-        chosen: set[Pair] = set()
-        for bridge in bridges:
-            root = bridge.smaller.root
-            pairs = [pair for pair in bridge.pairs if pair in wanted and pair not in chosen]
-            if pairs and used.get(root, 0) < settings.bridges:
-                chosen.update(pairs[: settings.bridge_pairs])
-                used[root] = used.get(root, 0) + 1
-        return sorted(chosen)
+    def fitted(self, bridge: Bridge) -> Bridge:
+        """Refine and measure an alignment; one that is hopeless is not refined."""
+        found = self.measured(bridge)
+        return found if found.misfit > HOPELESS else self.measured(self.refined(found))
 
-    def learn(self, clusters: Sequence[Cluster], bridges: Sequence[Bridge]) -> FitOdds:
+    def learn(self, clusters: Sequence[Cluster], bridges: Sequence[Bridge]) -> MisfitOdds:
         """Learn how well right alignments fit, from the answers that joined, and wrong ones, from the first bridges.
 
         Each answer is taken to put its source on all other maps of its cluster, as if it joined just then. A bridge is
@@ -103,40 +131,116 @@ class BridgeSearch:
                 self._first.append((bridge, rank[bridge.smaller.root] <= POSSIBLY_RIGHT))
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
         joined = [_without_source(cluster, edge) for cluster in clusters for edge in cluster.edges]
-        wrong = [each.fit for each, possible in self._first if self._is_wrong(each, possible, cluster_of)]
-        return FitOdds(self, np.sort([self.measured(each).fit for each in joined]), np.sort(wrong))
+        sample = joined[:: max(1, math.ceil(len(joined) / SAMPLE))]
+        right = np.sort([self.fitted(each).misfit for each in sample])
+        wrong = [each for each, possible in self._first if self._is_wrong(each, possible, cluster_of)]
+        return MisfitOdds(
+            right,
+            np.array([each.misfit for each in wrong]),
+            np.array([each.length for each in wrong]),
+            -math.log(self._team.settings.multimap.selection.bridge_candidates),
+        )
 
     def _is_wrong(self, bridge: Bridge, possible: bool, cluster_of: Mapping[int, Cluster]) -> bool:
         a, b = bridge.between
         if cluster_of[a] is not cluster_of[b]:
             return not possible
-        place = bridge.first.poses[a].inverse() @ bridge.first_from_second @ bridge.second.poses[b]
-        return self._apart(cluster_of[a].target_from_source(a, b), place, b)
+        return self._apart(cluster_of[a].target_from_source(a, b), bridge.target_from_source(a, b), b)
+
+    def refined(self, bridge: Bridge) -> Bridge:
+        """Move one cluster as a whole until the walls that meet fit best: ICP on all maps that meet."""
+        anchor = bridge.first.poses[bridge.between[0]]
+        meeting = [(a, b) for a, b, _ in self._meeting(bridge)][:REFINED_ON]
+        for gate in np.geomspace(*GATES, STEPS).tolist():
+            equations = np.zeros((3, 4))
+            for a, b in meeting:
+                equations += self._equations(bridge, anchor, a, b, gate)
+            hessian = equations[:, :3] + 1e-9 * np.trace(equations[:, :3]) * np.eye(3)
+            if not hessian[0, 0] > 0.0:
+                return bridge
+            move = Similarity2(*np.linalg.solve(hessian, equations[:, 3]).tolist())
+            bridge = replace(bridge, first_from_second=anchor @ move @ anchor.inverse() @ bridge.first_from_second)
+        return bridge
+
+    def _equations(self, bridge: Bridge, anchor: Similarity2, a: int, b: int, gate: float) -> NDArray[np.float64]:
+        """Return the normal equations (3, 4) of x, y and yaw of a move about the ``anchor``, by two maps."""
+        settings, target, source = self._team.settings, *map(self._team.likelihood.prepared, (a, b))
+        pose = prepared_from_local(target, source, bridge.target_from_source(a, b))
+        near = gate * min(target.diagonal, pose.scale * source.diagonal)
+        points, line_weight = settings.multimap.selection.coarse_points // 2, settings.alignment.icp.line_weight
+        (here, weight), (back, back_weight) = (thinned(len(each.points), points) for each in (source, target))
+        surfaces, matrix, centre = (target.surface, source.surface), pose.matrix(), pose.apply(source.middle)
+        found = np.zeros((4, 5))
+        add_equations(*surfaces, here, weight * pose.scale, matrix, near, line_weight, centre, found)
+        inverse = pose.inverse().matrix()
+        add_equations_back(*surfaces, back, back_weight, matrix, inverse, near / pose.scale, line_weight, centre, found)
+        cells_from_anchor = Similarity2(*target.middle.tolist()) @ bridge.first.poses[a].inverse() @ anchor
+        moves = (Similarity2(*centre.tolist()).inverse() @ cells_from_anchor).adjoint()[:, :3]
+        return np.asarray(moves.T @ np.column_stack((found[:, :4] @ moves, found[:, 4])))
 
     def measured(self, bridge: Bridge) -> Bridge:
-        """Measure an alignment on the pairs of maps that then meet."""
-        team, overlap = self._team, self._team.settings.alignment.overlap
-        here, there = (self._around(*each) for each in zip((bridge.first, bridge.second), bridge.between, strict=True))
-        placed = {b: bridge.first_from_second @ pose for b, pose in there.items()}
-        inliers, compared = np.zeros((2, len(overlap.tolerance_shares)))
+        """Measure an alignment on the maps that then meet."""
+        off, expected, length = 0.0, 0.0, 0.0
         pairs: list[tuple[float, Pair]] = []
-        for a, b in team.model.neighbours(here, placed):
-            between = here[a].inverse() @ placed[b]
-            diagonals = team.frames[a].diagonal + between.scale * team.frames[b].diagonal
-            if math.hypot(between.x, between.y) > diagonals / 2.0:
+        for a, b, between in self._meeting(bridge):
+            inliers, compared = self._compared(a, b, between)
+            if compared == 0.0:
                 continue
-            metric = team.frames[a].metres_from_local @ between @ team.frames[b].metres_from_local.inverse()
-            target, source = self._map(a), self._map(b)
-            cells = target.metres.inverse() @ metric @ source.metres
-            points = team.settings.multimap.selection.coarse_points
-            walls = measure_wall_overlap_by_tolerance(target.prepared, source.prepared, cells, points, overlap)
-            inliers += [each.inlier_length for each in walls]
-            compared += [each.compared_length for each in walls]
-            score = mean_score(walls)
-            if score > 0.0:
-                pairs.append((-score, (min(a, b), max(a, b))))
-        fit = float(np.mean((inliers / np.maximum(compared, 1.0)) ** 2))
-        return replace(bridge, fit=fit, pairs=tuple(pair for _, pair in sorted(pairs)))
+            usual = max(self._usual[a] + self._usual[b] - self._usual_of_all, self._usual_of_all / 4.0)
+            off, expected, length = off + compared - inliers, expected + usual * compared, length + compared
+            if off > GIVEN_UP * (expected + LEAST_MISFIT * length) and length > USUAL_LENGTH:
+                break
+            if inliers > 0.0:
+                pairs.append((-inliers, (min(a, b), max(a, b))))
+        noise = LEAST_MISFIT * length
+        misfit = (off + noise + UNSEEN) / (expected + noise) if length > 0.0 else math.inf
+        return replace(bridge, misfit=misfit, length=length, pairs=tuple(pair for _, pair in sorted(pairs)))
+
+    def _measure_usual(self, clusters: Iterable[Cluster]) -> None:
+        """Measure what share of the walls of each map is off the walls of its own cluster."""
+        off, length = np.zeros((2, len(self._team.maps)))
+        for cluster in clusters:
+            for a, b, between in self._near(cluster.poses, cluster.poses):
+                if a < b:
+                    inliers, compared = self._compared(a, b, between)
+                    off[[a, b]] += compared - inliers
+                    length[[a, b]] += compared
+        self._usual_of_all = max(float(off.sum() / max(length.sum(), 1.0)), LEAST_MISFIT)
+        self._usual = (off + USUAL_LENGTH * self._usual_of_all) / (length + USUAL_LENGTH)
+
+    def _compared(self, a: int, b: int, between: Similarity2) -> tuple[float, float]:
+        """Return the length of the walls of two maps that match by the tightest tolerance, and that is compared.
+
+        Both are 0 for maps that only touch: of their last cells as many are off as not.
+        """
+        team, maps = self._team, (self._team.likelihood.prepared(a), self._team.likelihood.prepared(b))
+        points, overlap = team.settings.multimap.selection.coarse_points, team.settings.alignment.overlap
+        walls = measure_wall_overlap_by_tolerance(*maps, prepared_from_local(*maps, between), points, overlap)[-1]
+        if walls.compared_length < team.settings.multimap.likelihood.min_compared_cells:
+            return 0.0, 0.0
+        return walls.inlier_length, walls.compared_length
+
+    def _meeting(self, bridge: Bridge) -> list[tuple[int, int, Similarity2]]:
+        """List maps that meet around those between, one of the first and one of the second cluster, and poses.
+
+        Those with the nearest middles come first, and are enough.
+        """
+        here, there = (self._around(*each) for each in zip((bridge.first, bridge.second), bridge.between, strict=True))
+        return self._near(here, {b: bridge.first_from_second @ pose for b, pose in there.items()})[:MEASURED_ON]
+
+    def _near(
+        self, here: Mapping[int, Similarity2], there: Mapping[int, Similarity2]
+    ) -> list[tuple[int, int, Similarity2]]:
+        """List the maps of which one's middle lies about within the other, the nearest first, and relative poses."""
+        found: list[tuple[float, int, int, Similarity2]] = []
+        frames = self._team.frames
+        for a, b in self._team.model.neighbours(here, there):
+            between = here[a].inverse() @ there[b]
+            diagonals = frames[a].diagonal + between.scale * frames[b].diagonal
+            apart = 2.0 * math.hypot(between.x, between.y) / diagonals
+            if a != b and apart <= 1.0:
+                found.append((apart, a, b, between))
+        return [(a, b, between) for _, a, b, between in sorted(found, key=lambda each: each[:3])]
 
     def _around(self, cluster: Cluster, member: int) -> dict[int, Similarity2]:
         """Return the poses of the maps of a cluster whose middle is within the diagonal of a member of its own."""
@@ -147,16 +251,14 @@ class BridgeSearch:
             if math.hypot(pose.x - middle.x, pose.y - middle.y) <= reach
         }
 
-    def _map(self, index: int) -> CoarseMap:
-        if index not in self._maps:
-            self._maps[index] = CoarseMap.of(self._team.maps.grids[index], self._team.settings)
-        return self._maps[index]
-
     def _likeliest(self, clusters: Sequence[Cluster]) -> list[Bridge]:
         """List distinct alignments of clusters, by the best poses of two of their maps."""
-        team, poses = self._team, self._poses
+        team, poses, settings = self._team, self._poses, self._team.settings.multimap.selection
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
-        left = dict.fromkeys((each.root for each in clusters), team.settings.multimap.selection.bridge_candidates)
+        left = {
+            each.root: max(settings.bridge_candidates, settings.member_candidates * len(each.poses))
+            for each in clusters
+        }
         root_of = np.array([cluster_of[k].root for k in range(len(team.maps))])
         across = np.flatnonzero(root_of[poses.targets] != root_of[poses.sources])
         found: dict[Pair, list[Bridge]] = {}
@@ -187,44 +289,80 @@ class BridgeSearch:
 
 def _without_source(cluster: Cluster, edge: Edge) -> Bridge:
     """Return the alignment of an answer's source with the rest of its cluster."""
-    rest = {index: pose for index, pose in cluster.poses.items() if index != edge.source}
-    return _as_bridge(Cluster(rest, ()), Cluster.of_one(edge.source), edge)
+    rest = Cluster({index: pose for index, pose in cluster.poses.items() if index != edge.source}, ())
+    return bridge_of_edge(rest, Cluster.of_one(edge.source), edge)
 
 
-def _as_bridge(first: Cluster, second: Cluster, edge: Edge) -> Bridge:
+def bridge_of_edge(first: Cluster, second: Cluster, edge: Edge) -> Bridge:
     """Return the alignment of two clusters by one answer, whose target is in the first."""
     place = first.poses[edge.target] @ edge.target_from_source @ second.poses[edge.source].inverse()
     return Bridge(first, second, place, (edge.target, edge.source))
 
 
 @dataclass(frozen=True, eq=False)
-class FitOdds:
-    """Log-odds that two clusters are aligned right, from how well all their walls then fit.
+class MisfitOdds:
+    """Probability that two clusters are aligned right, from how well all their walls then fit.
 
-    ``right`` and ``wrong`` are fits of right and of wrong alignments, sorted. The odds are the share of right ones that
-    fit no better, to that of wrong ones that fit no worse, of which each is counted once more than seen. Beyond the
-    right ones seen, their share is that of a log-normal distribution of the misfit with the same quartiles.
+    ``right`` (R,) are misfits of right alignments, ``wrong`` (W,) of wrong ones, ``lengths`` (W,) those of the walls
+    compared, and ``prior`` the log-odds of an alignment before. They change by the share of right ones that fit no
+    better, divided by that of wrong ones that fit no worse, of which one is counted more than seen. The share of right
+    ones is that of a log-normal distribution with the same quartiles. Where little is compared wrong ones fit well more
+    often; so only those count that compared about as much, or at least half as much as is usual.
     """
 
-    search: BridgeSearch
     right: NDArray[np.float64]
     wrong: NDArray[np.float64]
+    lengths: NDArray[np.float64]
+    prior: float
 
-    def __call__(self, first: Cluster, second: Cluster, alignment: ClusterAlignment) -> float:
-        """Judge an alignment by that of its surest answers whose place fits best."""
-        surest = sorted(alignment.edges, key=lambda edge: -edge.log_odds)[:MOST_ANSWERS]
-        return self.log_odds(max(self.search.measured(_as_bridge(first, second, edge)).fit for edge in surest))
+    def probability(self, bridge: Bridge) -> float:
+        """Return the probability that an alignment is right; it falls with the misfit."""
+        return float(expit(self.log_odds(bridge)))
 
-    def log_odds(self, fit: float) -> float:
-        """Return the log-odds of a fit, which rise with it; 0 if too few pairs joined to know."""
-        if len(self.right) < LEAST_JOINED:
-            return 0.0
-        seen = (1 + int(np.searchsorted(self.right, fit, side="right"))) / (1 + len(self.right))
-        no_worse = 1 + len(self.wrong) - int(np.searchsorted(self.wrong, fit, side="left"))
-        return math.log(max(seen, self._tail(fit))) - math.log(no_worse / (1 + len(self.wrong)))
+    def likely(self, bridges: Iterable[Bridge]) -> list[tuple[Bridge, float]]:
+        """List those that are probably right, the most probable first, with their probability."""
+        found = [(bridge, self.probability(bridge)) for bridge in bridges]
+        return sorted((each for each in found if each[1] > LEAST_PROBABILITY), key=lambda each: -each[1])
 
-    def _tail(self, fit: float) -> float:
-        """Return the share of right alignments that fit no better, by the log-normal distribution of the misfit."""
-        low, middle, high = np.log(1.0 - np.quantile(self.right, (0.75, 0.5, 0.25)) + LEAST_MISFIT)
+    def log_odds(self, bridge: Bridge) -> float:
+        """Return the log-odds of an alignment; none is likely if too few pairs joined to know."""
+        if len(self.right) < LEAST_JOINED or not bridge.misfit < math.inf:
+            return -math.inf
+        length = min(bridge.length, float(np.median(self.lengths)) if len(self.lengths) else 0.0)
+        alike = (self.lengths >= length / 2.0) & (self.lengths <= 2.0 * bridge.length)
+        no_worse = (1 + int((self.wrong[alike] <= bridge.misfit).sum())) / (1 + int(alike.sum()))
+        low, middle, high = np.log(np.quantile(self.right, (0.25, 0.5, 0.75)))
         spread = max((high - low) / QUARTILES, LEAST_SPREAD)
-        return float(ndtr((middle - math.log(1.0 - fit + LEAST_MISFIT)) / spread))
+        no_better = float(log_ndtr((middle - math.log(bridge.misfit)) / spread))
+        return self.prior + no_better - math.log(no_worse)
+
+
+def join_bridges(
+    team: Team, search: BridgeSearch, odds: MisfitOdds, clusters: Sequence[Cluster], edges: Sequence[Edge]
+) -> list[Cluster]:
+    """Join clusters by edges between them, in their order, as far as all walls then fit."""
+    cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
+    for edge in edges:
+        first, second = cluster_of[edge.target], cluster_of[edge.source]
+        if first is second:
+            continue
+        bridge = search.fitted(bridge_of_edge(first, second, edge))
+        if odds.probability(bridge) <= LEAST_PROBABILITY or not team.priors_allow(
+            first, second, bridge.first_from_second
+        ):
+            continue
+        across = [each for other in edges for each in (other, other.reversed()) if _joins(each, first, second)]
+        agreeing = tuple(
+            each
+            for each in across
+            if team.model.agrees(each, bridge.target_from_source(each.target, each.source), each.covariance)
+        )
+        if agreeing:
+            alignment = ClusterAlignment(bridge.first_from_second, agreeing, 0.0)
+            joined = join_clusters(first, second, alignment, team.model)
+            cluster_of.update(dict.fromkeys(joined.poses, joined))
+    return sorted(set(cluster_of.values()), key=lambda each: each.root)
+
+
+def _joins(edge: Edge, first: Cluster, second: Cluster) -> bool:
+    return edge.target in first.poses and edge.source in second.poses

@@ -8,7 +8,7 @@ a wall that several maps know is then one wall, and ambiguity is searched in all
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from mapping.geometry.similarity2 import Similarity2
 from mapping.grid.occupancy_grid import OccupancyGrid
@@ -58,14 +58,9 @@ def match_fused_clusters(team: Team, answers: Answers, first: Cluster, second: C
     first_from_second = first.poses[target] @ local @ second.poses[source].inverse()
     for alignment in suggested:
         pairs = pairs_of(_agreeing(team, alignment, first, second, first_from_second))
-        if len(pairs) >= least and _priors_allow(team, first, second, first_from_second):
+        if len(pairs) >= least and team.priors_allow(first, second, first_from_second):
             return FusedMatch(first_from_second, found.confidence, tuple(sorted(pairs)))
     return None
-
-
-def placed_together(first: Cluster, second: Cluster, first_from_second: Similarity2) -> Cluster:
-    """Return the poses of both clusters in the frame of the first, without edges."""
-    return Cluster({**first.poses, **{index: first_from_second @ pose for index, pose in second.poses.items()}}, ())
 
 
 def fuse_cluster(team: Team, cluster: Cluster) -> tuple[int, OccupancyGrid]:
@@ -96,9 +91,3 @@ def _agreeing(
         return first.poses[edge.target].inverse() @ first_from_second @ second.poses[edge.source]
 
     return [edge for edge in alignment.edges if team.model.agrees(edge, predicted(edge), edge.covariance)]
-
-
-def _priors_allow(team: Team, first: Cluster, second: Cluster, first_from_second: Similarity2) -> bool:
-    both, names = placed_together(first, second, first_from_second), team.maps.names
-    pairs: Iterable[tuple[str, str]] = ((names[a], names[b]) for a in first.poses for b in second.poses)
-    return all(team.expected[pair].allows(team.metric(both, *pair)) for pair in pairs if pair in team.expected)

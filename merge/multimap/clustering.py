@@ -17,7 +17,7 @@ from scipy.special import expit
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.multimap.cluster_alignment import align_clusters, cell_log_odds
-from merge.multimap.graph import AlignmentLikelihood, Cluster, ClusterAlignment, ConsistencyModel, Edge, Pair, pairs_of
+from merge.multimap.graph import Cluster, ClusterAlignment, ConsistencyModel, Edge, Pair, pairs_of
 from merge.multimap.outlier_rejection import reject_outliers, total_log_odds
 from merge.multimap.pose_graph import join_clusters
 
@@ -77,60 +77,6 @@ def _grow(
         options = {roots: alignments for roots, alignments in options.items() if not {first, second} & set(roots)}
         options |= _alignments(clusters, weighted, [first], model)
     return [reject_outliers(clusters[root], edges, model) for root in sorted(clusters)]
-
-
-def join_by_fit(
-    clusters: Sequence[Cluster], edges: Sequence[Edge], model: ConsistencyModel, fit: AlignmentLikelihood, bound: float
-) -> list[Cluster]:
-    """Join clusters by answers that are sure enough only with what the fit of all walls says, the surest first.
-
-    ``fit`` counts at most ``bound`` log-odds. Only the surest answer of an alignment counts: answers that several maps
-    of one wing of a building give for another, built alike, are all wrong.
-    """
-    joined: Clusters = {each.root: each for each in clusters}
-    waiting = _candidates(joined, _alignments(joined, edges, joined, model), model, fit, bound)
-    while waiting:
-        best = max(waiting, key=lambda each: each.log_odds)
-        joined = _joined(joined, *best.roots, best.alignment, model)
-        touched = [each for each in waiting if set(each.roots) & set(best.roots)]
-        hopeful = frozenset(pair for each in touched for pair in pairs_of(each.alignment.edges))
-        again = {
-            roots: [each for each in alignments if hopeful & pairs_of(each.edges)]
-            for roots, alignments in _alignments(joined, edges, [min(best.roots)], model).items()
-        }
-        waiting = [each for each in waiting if each not in touched] + _candidates(joined, again, model, fit, bound)
-    return [joined[root] for root in sorted(joined)]
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Candidate:
-    """Two clusters, by their roots, that an alignment joins with these log-odds."""
-
-    roots: Pair
-    alignment: ClusterAlignment
-    log_odds: float
-
-
-def _candidates(
-    clusters: Clusters,
-    options: Mapping[Pair, Sequence[ClusterAlignment]],
-    model: ConsistencyModel,
-    fit: AlignmentLikelihood,
-    bound: float,
-) -> list[_Candidate]:
-    """List the alignments that are more likely right than wrong."""
-    found = []
-    for roots, alignments in options.items():
-        first, second = clusters[roots[0]], clusters[roots[1]]
-        for each in alignments:
-            surest = max(edge.log_odds for edge in each.edges)
-            cells = cell_log_odds(first, second, each.first_from_second, model, but=pairs_of(each.edges))
-            log_odds = surest + min(0.0, cells)
-            if log_odds + bound > 0.0:
-                log_odds += min(max(fit(first, second, each), -bound), bound)
-            if log_odds > 0.0:
-                found.append(_Candidate(roots, each, log_odds))
-    return found
 
 
 def _joined(

@@ -128,6 +128,11 @@ class Cluster:
         return self.poses[target].inverse() @ self.poses[source]
 
 
+def placed_together(first: Cluster, second: Cluster, first_from_second: Similarity2) -> Cluster:
+    """Return the poses of both clusters in the frame of the first, without edges."""
+    return Cluster({**first.poses, **{index: first_from_second @ pose for index, pose in second.poses.items()}}, ())
+
+
 @dataclass(frozen=True, eq=False)
 class ClusterAlignment:
     """A transform between the roots of two clusters, the edges that agree with it, and their summed log-odds."""
@@ -135,10 +140,6 @@ class ClusterAlignment:
     first_from_second: Similarity2
     edges: tuple[Edge, ...]
     support: float
-
-
-AlignmentLikelihood = Callable[[Cluster, Cluster, ClusterAlignment], float]
-"""Log-odds that two clusters are aligned right."""
 
 
 @dataclass(frozen=True, eq=False)

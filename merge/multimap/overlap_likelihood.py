@@ -37,6 +37,7 @@ class OverlapLikelihood:
         self._maps, self._frames, self._cache, self._settings = maps, frames, cache, settings
         self._known: dict[tuple[int, int, Similarity2], float] = {}
         self._prepared: OrderedDict[int, PreparedMap] = OrderedDict()
+        self._held_cells = 0
 
     def __call__(self, target: int, source: int, target_from_source: Similarity2) -> float:
         if target > source:
@@ -49,15 +50,19 @@ class OverlapLikelihood:
     def prepared(self, index: int) -> PreparedMap:
         """Return the prepared map of an index."""
         if index not in self._prepared:
-            self._prepared[index] = self._cache.prepared(self._maps.grids[index])
+            found = self._cache.prepared(self._maps.grids[index])
+            self._prepared[index] = found
+            self._held_cells += found.grid.log_odds.size
+            while self._held_cells > self._settings.prepared_cells and len(self._prepared) > 2:
+                self._held_cells -= self._prepared.popitem(last=False)[1].grid.log_odds.size
         self._prepared.move_to_end(index)
-        if len(self._prepared) > self._settings.prepared_maps:
-            self._prepared.popitem(last=False)
         return self._prepared[index]
 
     def forget_prepared(self) -> None:
         """Free the memory of the prepared maps."""
         self._prepared.clear()
+        self._cache.clear()
+        self._held_cells = 0
 
     def _rounded(self, source: int, pose: Similarity2) -> Similarity2:
         step = 1.0 / self._frames[source].diagonal

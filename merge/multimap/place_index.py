@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +13,7 @@ from mapping.geometry.similarity2 import Similarity2
 from mapping.geometry.similarity2_array import Similarity2Array
 from mapping.grid.occupancy_grid import OccupancyGrid
 from merge.alignment.hypotheses import rank_proposals, ranked
-from merge.multimap.team import Team
+from merge.multimap.team import Team, in_wide_cells
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared, prepare_map
 from merge.preparation.prepared_map import PreparedMap
 from merge.records.proposal import Proposal
@@ -82,8 +82,7 @@ class CoarseMap:
 
     @staticmethod
     def of(grid: OccupancyGrid, settings: MergeSettings) -> CoarseMap:
-        cells = replace(settings.preparation, max_cells=settings.multimap.selection.index_cells)
-        prepared = prepare_map(grid, cells)
+        prepared = prepare_map(grid, in_wide_cells(settings))
         return CoarseMap(prepared, metres_from_prepared(grid.frame, prepared))
 
 

@@ -26,9 +26,9 @@ class PairSelectionSettings:
     - ``index_cells``: the poses that the index suggests are scored on maps of so many cells at most: cells of
       10 cm for maps of 20 x 20 m, which take a quarter of the memory of cells of 5 cm;
     - ``index_block_maps``: in blocks of so many maps by so many;
-    - ``bridge_candidates``: in the rounds after the first, so many alignments of each cluster with larger ones are
-      measured;
-    - ``bridges``, ``bridge_pairs``: of so many of them, those whose walls fit best, so many pairs are matched;
+    - ``bridge_candidates``: in every round so many alignments of each cluster with larger ones are measured, or
+      ``member_candidates`` for each of its maps if that is more;
+    - ``bridge_pairs``: of an alignment that is probably right so many pairs are matched;
     - ``distinct_bridges`` [of a map's diagonal]: alignments that shift it less are one;
     - ``guided_partners``: and maps of such a team are matched where their cluster predicts it until each has so many
       partners. Cycles reject wrong answers, and three close enough of them.
@@ -48,8 +48,8 @@ class PairSelectionSettings:
     index_cells: int = 60_000
     index_block_maps: int = 50
     bridge_candidates: int = 12
-    bridges: int = 3
-    bridge_pairs: int = 2
+    member_candidates: int = 6
+    bridge_pairs: int = 3
     distinct_bridges: float = 0.12
     guided_partners: int = 4
 
@@ -86,7 +86,7 @@ class OverlapLikelihoodSettings:
     - ``hopeless_fraction``: a pose with less is not refined first, since none nearby fits;
     - ``max_shift_share`` [of the smaller map's diagonal]: refinement may move the pose so far, because the errors of a
       chain of answers add up;
-    - ``prepared_maps``: maps that are kept prepared, to bound memory; one of 400 x 400 cells takes 3 to 4 MB.
+    - ``prepared_cells``: maps of so many cells in all are kept prepared, to bound memory; a million takes 25 MB.
     """
 
     points: int = 400
@@ -98,7 +98,7 @@ class OverlapLikelihoodSettings:
     max_log_odds: float = 2.0
     min_log_odds: float = -3.0
     max_shift_share: float = 0.03
-    prepared_maps: int = 300
+    prepared_cells: int = 50_000_000
 
 
 @dataclass(frozen=True)

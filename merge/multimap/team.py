@@ -24,11 +24,13 @@ from merge.multimap.graph import (
     chain_confidences,
     edge_from_answer,
     pairs_of,
+    placed_together,
 )
 from merge.multimap.overlap_likelihood import OverlapLikelihood
 from merge.multimap.settings import MultimapSettings
 from merge.pair.feature_cache import FeatureCache, metres_from_prepared
 from merge.pair.task import CanonicalOrder, PairTask, Runner, run_tasks
+from merge.preparation.settings import PreparationSettings
 from merge.records.prior import Expected, expected_poses, shared_frame
 from merge.records.result import PairResult
 from merge.settings import MergeSettings
@@ -94,7 +96,8 @@ class Team:
     ) -> Team:
         """Prepare a merge; a ``cache`` may hold maps of it. Raises ``ValueError`` for priors that say nothing.
 
-        Refused pairs of an indexed team are not explained: there are thousands, and most show other places.
+        Refused pairs of an indexed team are not explained: there are thousands, and most show other places. Its local
+        frames have wide cells, so that all its maps can be kept prepared.
         """
         scale = settings.scale if settings.scale is not None else maps.scale_range
         indexed = _is_indexed(maps, scale, settings.multimap)
@@ -102,8 +105,9 @@ class Team:
             settings = replace(settings, pair=replace(settings.pair, explains_refusals=False))
         cache = FeatureCache(settings.preparation) if cache is None else cache
         run, ordered = TaskRunner(runner, on_progress, cache), _in_canonical_order(maps)
-        frames = tuple(local_frames(ordered, run.cache))
-        likelihood = OverlapLikelihood(ordered, frames, run.cache, settings.multimap.likelihood, settings.alignment)
+        wide = FeatureCache(in_wide_cells(settings)) if indexed else cache
+        frames = tuple(local_frames(ordered, wide))
+        likelihood = OverlapLikelihood(ordered, frames, wide, settings.multimap.likelihood, settings.alignment)
         extents = {name: frame.extent for name, frame in zip(ordered.names, frames, strict=True)}
         frame = shared_frame(settings.priors, settings.reference, maps.names)
         expected = (
@@ -200,6 +204,12 @@ class Team:
         """Return the confidence of the surest chain of accepted pairs between each two maps of a cluster."""
         return chain_confidences(sorted(cluster.poses), {p: answers[p].confidence for p in pairs_of(cluster.edges)})
 
+    def priors_allow(self, first: Cluster, second: Cluster, first_from_second: Similarity2) -> bool:
+        """Test if no prior of a map of either cluster contradicts an alignment of the two."""
+        both, names = placed_together(first, second, first_from_second), self.maps.names
+        pairs = ((names[a], names[b]) for a in first.poses for b in second.poses if self.expected)
+        return all(self.expected[pair].allows(self.metric(both, *pair)) for pair in pairs if pair in self.expected)
+
     def agrees(self, answer: PairResult, cluster: Cluster) -> bool:
         """Test if an answer agrees with the poses of a cluster."""
         edge = self.edge(answer)
@@ -237,6 +247,11 @@ def _with_priors(
         return cells(target, source, target_from_source)
 
     return log_odds
+
+
+def in_wide_cells(settings: MergeSettings) -> PreparationSettings:
+    """Return the settings by which the maps of a large team are prepared to compare many poses."""
+    return replace(settings.preparation, max_cells=settings.multimap.selection.index_cells)
 
 
 def local_frames(maps: MapSet, cache: FeatureCache) -> list[LocalFrame]:

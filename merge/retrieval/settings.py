@@ -53,7 +53,7 @@ class RetrievalSettings:
     patches: PatchSettings = field(default_factory=PatchSettings)
     tree_waves: int = 8
     similar: int = 40
-    nearest: int = 8
+    nearest: int = 16
     turn_bin: float = math.radians(12.0)
     shift_bin: float = 0.7
     least_votes: float = 0.5

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.geometry.similarity2 import Similarity2
-from merge.multimap.clustering import cluster_maps, join_by_fit
+from merge.multimap.clustering import cluster_maps
 from merge.multimap.graph import ConsistencyModel, Edge
 from merge.multimap.outlier_rejection import total_log_odds
 from merge.multimap.pose_graph import leave_one_out_residuals
@@ -240,53 +240,3 @@ def test_a_confident_wrong_answer_excludes_no_map():
 
     (group,) = consistent(3, edges, cells, False)
     assert ends(group.edges) == {(0, 2), (1, 2)}
-
-
-BOUND = 3.0
-"""What the fit counts at most [log-odds]."""
-
-
-def joined_by_fit(seed, weight, fit):
-    """Join two clusters of three maps by one answer of this weight; return the alignments whose fit was asked for."""
-    poses, rng = world(6, seed)
-    inside = [edge(poses, a, b, rng) for part in ((0, 1, 2), (3, 4, 5)) for a in part for b in part if a < b]
-    model = ConsistencyModel(silent, False, cells_join=False)
-    edges = [*inside, edge(poses, 1, 4, rng, weight=weight)]
-    asked = []
-
-    def judge(first, second, place):
-        asked.append(place)
-        return fit
-
-    apart = cluster_maps(6, inside, model)
-    assert [sorted(each.poses) for each in apart] == [[0, 1, 2], [3, 4, 5]]
-    return join_by_fit(apart, edges, model, judge, BOUND), asked
-
-
-@given(st.integers(0, 10_000), st.floats(-5.0, 5.0), st.floats(-10.0, 10.0))
-@settings(max_examples=30, deadline=None)
-def test_clusters_join_exactly_if_answer_and_bounded_fit_outweigh_doubt(seed, weight, fit):
-    found, asked = joined_by_fit(seed, weight, fit)
-    surely = weight + min(max(fit, -BOUND), BOUND) > 0.0
-    assert len(found) == (1 if surely else 2)
-    assert bool(asked) == (weight > -BOUND)
-
-
-def test_answers_that_agree_do_not_add_up():
-    poses, rng = world(6, 3)
-    inside = [edge(poses, a, b, rng) for part in ((0, 1, 2), (3, 4, 5)) for a in part for b in part if a < b]
-    across = [edge(poses, a, b, rng, weight=-1.0) for a in (0, 1, 2) for b in (3, 4, 5)]
-    model = ConsistencyModel(silent, False, cells_join=False)
-    apart = cluster_maps(6, inside, model)
-    assert len(join_by_fit(apart, [*inside, *across], model, lambda *_: 0.5, BOUND)) == 2
-    assert len(join_by_fit(apart, [*inside, *across], model, lambda *_: 1.5, BOUND)) == 1
-
-
-def test_the_surest_answer_decides_between_two_places():
-    poses, rng = world(6, 5)
-    inside = [edge(poses, a, b, rng) for part in ((0, 1, 2), (3, 4, 5)) for a in part for b in part if a < b]
-    across = [edge(poses, 0, 3, rng, wrong=True, weight=0.5), edge(poses, 1, 4, rng, weight=1.0)]
-    model = ConsistencyModel(silent, False, cells_join=False)
-    (group,) = join_by_fit(cluster_maps(6, inside, model), [*inside, *across], model, lambda *_: 0.0, BOUND)
-    assert (0, 3) not in ends(group.edges)
-    check_poses(group, poses)
