@@ -121,17 +121,23 @@ def match_across(
 def bridge_clusters(
     team: Team, poses: RelativePoses, answers: Answers, clusters: list[Cluster]
 ) -> tuple[list[Cluster], Answers]:
-    """Join the clusters of a large team, round by round, by alignments whose walls all fit."""
-    search = BridgeSearch(team, poses)
+    """Join the clusters of a large team, round by round, by alignments whose walls all fit.
+
+    When none joins them any more, alignments may slide.
+    """
+    search, slide = BridgeSearch(team, poses), False
     for _ in range(team.settings.multimap.selection.indexed_rounds):
         clusters, answers = strengthen_clusters(team, answers, clusters)
-        bridges = search.find(clusters)
-        odds = search.learn(clusters, bridges)
+        if len(clusters) == 1:
+            break
+        bridges = search.find(clusters, answers, slide)
+        odds = search.learn(clusters)
         edges, answers = match_bridges(team, answers, odds.likely(bridges))
         before = len(clusters)
         clusters = join_bridges(team, search, odds, clusters, edges)
-        if len(clusters) == before:
+        if len(clusters) == before and slide:
             break
+        slide = len(clusters) == before
     return clusters, answers
 
 
@@ -188,8 +194,14 @@ def _candidates(answer: PairResult) -> tuple[Similarity2, ...]:
 
 
 def cluster(team: Team, answers: Answers) -> list[Cluster]:
-    """Cluster the maps by the accepted answers that agree with one another and with the cells."""
-    return cluster_maps(len(team.maps), team.edges(answers), team.model)
+    """Cluster the maps by the accepted answers that agree with one another and with the cells.
+
+    Of an indexed team only by sure ones; which of the others are right its clusters show.
+    """
+    edges = team.edges(answers)
+    if team.indexed:
+        edges = [edge for edge in edges if edge.log_odds >= team.settings.multimap.clustering.sure_log_odds]
+    return cluster_maps(len(team.maps), edges, team.model)
 
 
 def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Cluster, Answers]:

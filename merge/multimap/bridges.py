@@ -2,7 +2,7 @@
 
 A map looks like many places of a large building. Two clusters, laid over one another as one of those says, meet in many
 maps, and only in the right place do the walls of all of them fit as well as they fit inside the clusters. How well that
-is, is learned from the team itself: from the pairs that joined, and from the many alignments that cannot all be right.
+is, is learned from the team itself: from the pairs that joined, and from places that look alike inside the clusters.
 """
 
 from __future__ import annotations
@@ -16,17 +16,15 @@ from numpy.typing import NDArray
 from scipy.special import expit, log_ndtr
 
 from mapping.geometry.similarity2 import Similarity2
+from mapping.geometry.similarity2_array import Similarity2Array
 from merge.alignment.correspondences import add_equations, add_equations_back
 from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair, placed_together
 from merge.multimap.overlap_likelihood import prepared_from_local
 from merge.multimap.pose_graph import join_clusters
-from merge.multimap.team import Team
+from merge.multimap.team import Answers, Team
 from merge.preparation.surface import thinned
 from merge.retrieval.relative_poses import RelativePoses
 from merge.verification.wall_overlap import measure_wall_overlap_by_tolerance
-
-POSSIBLY_RIGHT = 3
-"""Bridges of a cluster that may be right; the others cannot all be."""
 
 LEAST_MISFIT = 0.002
 """Misfits far below this are noise."""
@@ -43,8 +41,11 @@ QUARTILES = 1.349
 LEAST_JOINED = 20
 """Pairs that must have joined before their misfits say how well right alignments fit."""
 
-SAMPLE = 400
-"""Pairs that joined whose misfits are measured."""
+LEAST_TAIL = 5
+"""Values in the lowest tenth of a sample from which on a tail is fitted to them."""
+
+SAMPLE = 500
+"""Right and wrong alignments whose misfits are measured."""
 
 LEAST_PROBABILITY = 0.5
 """Clusters are joined by an alignment of at least this probability."""
@@ -58,11 +59,21 @@ HOPELESS, GIVEN_UP = 20.0, 40.0
 UNSEEN = 2.0
 """So much wall more than seen is taken to be off, so that a short comparison is not sure [wide cells]."""
 
-STEPS = 6
+LEAST_GAIN = 0.1
+"""An alignment is refined again if its misfit fell by this share."""
+
+STEPS = 8
 """Steps by which an alignment is refined."""
 
-GATES = 0.04, 0.012
+GATES = 0.08, 0.012
 """Largest distance of walls that are paired in the first and in the last of them [of the smaller map's diagonal]."""
+
+
+SLIDE, SLIDES = 0.02, (-3, -2, -1, 1, 2, 3)
+"""An alignment that may slide is tried so far apart [of a map's diagonal], so many times."""
+
+Meeting = tuple[int, int, Similarity2]
+"""A map of the first and one of the second cluster that meet, and the pose of the one from the other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,58 +114,84 @@ class BridgeSearch:
 
     def __init__(self, team: Team, poses: RelativePoses) -> None:
         self._team, self._poses = team, poses
-        self._first: list[tuple[Bridge, bool]] = []
         self._usual = np.full(len(team.maps), LEAST_MISFIT)
         self._usual_of_all = LEAST_MISFIT
 
-    def find(self, clusters: Sequence[Cluster]) -> list[Bridge]:
-        """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first."""
+    def find(self, clusters: Sequence[Cluster], answers: Answers, slide: bool = False) -> list[Bridge]:
+        """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first.
+
+        They are suggested by the index, or by answers of pairs, which may have been refused. If they may ``slide``,
+        each is tried at places along the direction that its walls hold least, such as along a corridor.
+        """
         self._measure_usual(clusters)
-        return sorted(map(self.fitted, self._likeliest(clusters)), key=lambda each: each.misfit)
+        poses = RelativePoses.joined([self._poses, _poses_of(self._team, answers)])
+        fit = self._slid if slide else self.fitted
+        return sorted(map(fit, self._likeliest(clusters, poses)), key=lambda each: each.misfit)
 
     def fitted(self, bridge: Bridge) -> Bridge:
-        """Refine and measure an alignment; one that is hopeless is not refined."""
-        found = self.measured(bridge)
-        return found if found.misfit > HOPELESS else self.measured(self.refined(found))
+        """Refine an alignment as long as it fits better, and measure it; one that is hopeless is not refined."""
+        best = self.measured(bridge)
+        while best.misfit <= HOPELESS:
+            refined = self.measured(self.refined(best))
+            if refined.misfit > (1.0 - LEAST_GAIN) * best.misfit:
+                return min(best, refined, key=lambda each: each.misfit)
+            best = refined
+        return best
 
-    def learn(self, clusters: Sequence[Cluster], bridges: Sequence[Bridge]) -> MisfitOdds:
-        """Learn how well right alignments fit, from the answers that joined, and wrong ones, from the first bridges.
+    def _slid(self, bridge: Bridge) -> Bridge:
+        """Fit an alignment, and also from places along the direction in which it slides; return the best."""
+        best = self.fitted(bridge)
+        if best.misfit > HOPELESS:
+            return best
+        weakest = np.linalg.eigh(self._equations(best, GATES[-1])[:2, :2])[1][:, 0]
+        anchor, step = best.first.poses[best.between[0]], SLIDE * self._team.frames[best.between[0]].diagonal
+        moves = [Similarity2(*(k * step * weakest).tolist()) for k in SLIDES]
+        starts = (
+            replace(best, first_from_second=anchor @ m @ anchor.inverse() @ best.first_from_second) for m in moves
+        )
+        return min((best, *map(self.fitted, starts)), key=lambda each: each.misfit)
 
-        Each answer is taken to put its source on all other maps of its cluster, as if it joined just then. A bridge is
-        wrong if its maps have joined otherwise. As long as they have not joined, the best bridges of each cluster are
-        left out, because they may be right.
+    def learn(self, clusters: Sequence[Cluster]) -> MisfitOdds:
+        """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from poses inside clusters.
+
+        Each pair that joined is taken to put its source on all other maps of its cluster, as if it joined just then. So
+        is each of the best poses that the index suggests and the cluster contradicts.
         """
-        if not self._first:
-            rank: dict[int, int] = {}
-            for bridge in bridges:
-                rank[bridge.smaller.root] = rank.get(bridge.smaller.root, 0) + 1
-                self._first.append((bridge, rank[bridge.smaller.root] <= POSSIBLY_RIGHT))
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
-        joined = [_without_source(cluster, edge) for cluster in clusters for edge in cluster.edges]
-        sample = joined[:: max(1, math.ceil(len(joined) / SAMPLE))]
-        right = np.sort([self.fitted(each).misfit for each in sample])
-        wrong = [each for each, possible in self._first if self._is_wrong(each, possible, cluster_of)]
+        joined = [_without_source(each, edge.target, edge.source) for each in clusters for edge in each.edges]
+        right, wrong = (
+            [self.fitted(each) for each in bridges[:: max(1, math.ceil(len(bridges) / SAMPLE))]]
+            for bridges in (joined, self._contradicted(cluster_of))
+        )
         return MisfitOdds(
-            right,
+            np.array([each.misfit for each in right]),
             np.array([each.misfit for each in wrong]),
             np.array([each.length for each in wrong]),
             -math.log(self._team.settings.multimap.selection.bridge_candidates),
         )
 
-    def _is_wrong(self, bridge: Bridge, possible: bool, cluster_of: Mapping[int, Cluster]) -> bool:
-        a, b = bridge.between
-        if cluster_of[a] is not cluster_of[b]:
-            return not possible
-        return self._apart(cluster_of[a].target_from_source(a, b), bridge.target_from_source(a, b), b)
+    def _contradicted(self, cluster_of: Mapping[int, Cluster]) -> list[Bridge]:
+        """List alignments of maps with the rest of their clusters by the best poses that those contradict."""
+        poses, most = self._poses, self._team.settings.multimap.selection.member_candidates
+        listed: dict[int, int] = {}
+        found = []
+        for k in np.argsort(-poses.scores, kind="stable").tolist():
+            a, b = int(poses.targets[k]), int(poses.sources[k])
+            cluster = cluster_of[a]
+            if cluster is not cluster_of[b] or listed.get(b, 0) == most:
+                continue
+            bridge = _without_source(cluster, a, b)
+            place = cluster.poses[a] @ _local(self._team, poses, k)
+            if self._apart(place, bridge.first_from_second, b):
+                listed[b] = listed.get(b, 0) + 1
+                found.append(replace(bridge, first_from_second=place))
+        return found
 
     def refined(self, bridge: Bridge) -> Bridge:
         """Move one cluster as a whole until the walls that meet fit best: ICP on all maps that meet."""
-        anchor = bridge.first.poses[bridge.between[0]]
-        meeting = [(a, b) for a, b, _ in self._meeting(bridge)][:REFINED_ON]
+        anchor, meeting = bridge.first.poses[bridge.between[0]], self._meeting(bridge)[:REFINED_ON]
         for gate in np.geomspace(*GATES, STEPS).tolist():
-            equations = np.zeros((3, 4))
-            for a, b in meeting:
-                equations += self._equations(bridge, anchor, a, b, gate)
+            equations = self._equations(bridge, gate, meeting)
             hessian = equations[:, :3] + 1e-9 * np.trace(equations[:, :3]) * np.eye(3)
             if not hessian[0, 0] > 0.0:
                 return bridge
@@ -162,8 +199,13 @@ class BridgeSearch:
             bridge = replace(bridge, first_from_second=anchor @ move @ anchor.inverse() @ bridge.first_from_second)
         return bridge
 
-    def _equations(self, bridge: Bridge, anchor: Similarity2, a: int, b: int, gate: float) -> NDArray[np.float64]:
-        """Return the normal equations (3, 4) of x, y and yaw of a move about the ``anchor``, by two maps."""
+    def _equations(self, bridge: Bridge, gate: float, meeting: Sequence[Meeting] | None = None) -> NDArray[np.float64]:
+        """Sum the normal equations (3, 4) of x, y and yaw of a move about the first map between, of all that meet."""
+        meeting = self._meeting(bridge)[:REFINED_ON] if meeting is None else meeting
+        return sum((self._equations_of(bridge, a, b, gate) for a, b, _ in meeting), np.zeros((3, 4)))
+
+    def _equations_of(self, bridge: Bridge, a: int, b: int, gate: float) -> NDArray[np.float64]:
+        """Return the normal equations of the walls of two maps that are nearer than the gate [of a diagonal]."""
         settings, target, source = self._team.settings, *map(self._team.likelihood.prepared, (a, b))
         pose = prepared_from_local(target, source, bridge.target_from_source(a, b))
         near = gate * min(target.diagonal, pose.scale * source.diagonal)
@@ -174,7 +216,8 @@ class BridgeSearch:
         add_equations(*surfaces, here, weight * pose.scale, matrix, near, line_weight, centre, found)
         inverse = pose.inverse().matrix()
         add_equations_back(*surfaces, back, back_weight, matrix, inverse, near / pose.scale, line_weight, centre, found)
-        cells_from_anchor = Similarity2(*target.middle.tolist()) @ bridge.first.poses[a].inverse() @ anchor
+        cells_from_anchor = Similarity2(*target.middle.tolist()) @ bridge.first.poses[a].inverse()
+        cells_from_anchor = cells_from_anchor @ bridge.first.poses[bridge.between[0]]
         moves = (Similarity2(*centre.tolist()).inverse() @ cells_from_anchor).adjoint()[:, :3]
         return np.asarray(moves.T @ np.column_stack((found[:, :4] @ moves, found[:, 4])))
 
@@ -220,7 +263,7 @@ class BridgeSearch:
             return 0.0, 0.0
         return walls.inlier_length, walls.compared_length
 
-    def _meeting(self, bridge: Bridge) -> list[tuple[int, int, Similarity2]]:
+    def _meeting(self, bridge: Bridge) -> list[Meeting]:
         """List maps that meet around those between, one of the first and one of the second cluster, and poses.
 
         Those with the nearest middles come first, and are enough.
@@ -228,9 +271,7 @@ class BridgeSearch:
         here, there = (self._around(*each) for each in zip((bridge.first, bridge.second), bridge.between, strict=True))
         return self._near(here, {b: bridge.first_from_second @ pose for b, pose in there.items()})[:MEASURED_ON]
 
-    def _near(
-        self, here: Mapping[int, Similarity2], there: Mapping[int, Similarity2]
-    ) -> list[tuple[int, int, Similarity2]]:
+    def _near(self, here: Mapping[int, Similarity2], there: Mapping[int, Similarity2]) -> list[Meeting]:
         """List the maps of which one's middle lies about within the other, the nearest first, and relative poses."""
         found: list[tuple[float, int, int, Similarity2]] = []
         frames = self._team.frames
@@ -251,9 +292,9 @@ class BridgeSearch:
             if math.hypot(pose.x - middle.x, pose.y - middle.y) <= reach
         }
 
-    def _likeliest(self, clusters: Sequence[Cluster]) -> list[Bridge]:
+    def _likeliest(self, clusters: Sequence[Cluster], poses: RelativePoses) -> list[Bridge]:
         """List distinct alignments of clusters, by the best poses of two of their maps."""
-        team, poses, settings = self._team, self._poses, self._team.settings.multimap.selection
+        team, settings = self._team, self._team.settings.multimap.selection
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
         left = {
             each.root: max(settings.bridge_candidates, settings.member_candidates * len(each.poses))
@@ -269,9 +310,7 @@ class BridgeSearch:
             bridge = Bridge(cluster_of[a], cluster_of[b], Similarity2.identity(), (a, b))
             if left[bridge.smaller.root] == 0:
                 continue
-            (metric,) = poses.target_from_source[np.array([k])].similarities()
-            between = team.local(metric, min(a, b), max(a, b))
-            between = between if a < b else between.inverse()
+            between = _local(team, poses, k) if a < b else _local(team, poses, k).inverse()
             place = bridge.first.poses[a] @ between @ bridge.second.poses[b].inverse()
             others = found.setdefault((bridge.first.root, bridge.second.root), [])
             pose = bridge.second.poses[b]
@@ -287,10 +326,29 @@ class BridgeSearch:
         return shift > self._team.settings.multimap.selection.distinct_bridges * diagonal
 
 
-def _without_source(cluster: Cluster, edge: Edge) -> Bridge:
-    """Return the alignment of an answer's source with the rest of its cluster."""
-    rest = Cluster({index: pose for index, pose in cluster.poses.items() if index != edge.source}, ())
-    return bridge_of_edge(rest, Cluster.of_one(edge.source), edge)
+def _poses_of(team: Team, answers: Answers) -> RelativePoses:
+    """Return the transforms of pairs, with their alignment scores."""
+    pairs, poses, scores = [], [], []
+    for pair, answer in answers.items():
+        if answer.target_from_source is not None and answer.evidence is not None:
+            in_order = (team.index(answer.target), team.index(answer.source)) == pair
+            pairs.append(pair)
+            poses.append(answer.target_from_source if in_order else answer.target_from_source.inverse())
+            scores.append(answer.evidence.score)
+    lower, higher = np.array(pairs, np.intp).reshape(-1, 2).T
+    return RelativePoses(lower, higher, Similarity2Array.of(poses), np.array(scores, np.float64))
+
+
+def _local(team: Team, poses: RelativePoses, k: int) -> Similarity2:
+    """Return one of the poses, target from source, between local frames."""
+    (metric,) = poses.target_from_source[np.array([k])].similarities()
+    return team.local(metric, int(poses.targets[k]), int(poses.sources[k]))
+
+
+def _without_source(cluster: Cluster, target: int, source: int) -> Bridge:
+    """Return the alignment of a map with the rest of its cluster, as the cluster has it."""
+    rest = Cluster({index: pose for index, pose in cluster.poses.items() if index != source}, ())
+    return Bridge(rest, Cluster.of_one(source), cluster.poses[source], (target, source))
 
 
 def bridge_of_edge(first: Cluster, second: Cluster, edge: Edge) -> Bridge:
@@ -305,9 +363,10 @@ class MisfitOdds:
 
     ``right`` (R,) are misfits of right alignments, ``wrong`` (W,) of wrong ones, ``lengths`` (W,) those of the walls
     compared, and ``prior`` the log-odds of an alignment before. They change by the share of right ones that fit no
-    better, divided by that of wrong ones that fit no worse, of which one is counted more than seen. The share of right
-    ones is that of a log-normal distribution with the same quartiles. Where little is compared wrong ones fit well more
-    often; so only those count that compared about as much, or at least half as much as is usual.
+    better, divided by that of wrong ones that fit no worse. The former is that of a log-normal distribution with the
+    same quartiles, the latter that of a Pareto distribution fitted to the tenth that fits best (Hill 1975). Where
+    little is compared wrong ones fit well more often; so only those count that compared about as much, or at least half
+    as much as is usual.
     """
 
     right: NDArray[np.float64]
@@ -328,13 +387,25 @@ class MisfitOdds:
         """Return the log-odds of an alignment; none is likely if too few pairs joined to know."""
         if len(self.right) < LEAST_JOINED or not bridge.misfit < math.inf:
             return -math.inf
-        length = min(bridge.length, float(np.median(self.lengths)) if len(self.lengths) else 0.0)
-        alike = (self.lengths >= length / 2.0) & (self.lengths <= 2.0 * bridge.length)
-        no_worse = (1 + int((self.wrong[alike] <= bridge.misfit).sum())) / (1 + int(alike.sum()))
         low, middle, high = np.log(np.quantile(self.right, (0.25, 0.5, 0.75)))
         spread = max((high - low) / QUARTILES, LEAST_SPREAD)
         no_better = float(log_ndtr((middle - math.log(bridge.misfit)) / spread))
-        return self.prior + no_better - math.log(no_worse)
+        usual = float(np.median(self.lengths)) if len(self.lengths) else 0.0
+        alike = (self.lengths >= min(bridge.length, usual) / 2.0) & (self.lengths <= 2.0 * bridge.length)
+        return self.prior + no_better - _log_share_below(np.sort(self.wrong[alike]), bridge.misfit)
+
+
+def _log_share_below(sample: NDArray[np.float64], value: float) -> float:
+    """Return the logarithm of the share of a sorted sample up to a value; in its lowest tenth that of a Pareto tail.
+
+    The exponent is one standard error less than estimated. A sample too small for a tail has one value more than seen.
+    """
+    tail = len(sample) // 10
+    if tail < LEAST_TAIL or value >= sample[tail]:
+        return math.log((1 + int(np.searchsorted(sample, value, side="right"))) / (1 + len(sample)))
+    steepness = 1.0 / max(float(np.mean(np.log(sample[tail] / sample[:tail]))), 1e-3)
+    steepness *= 1.0 - 1.0 / math.sqrt(tail)
+    return math.log((1 + tail) / (1 + len(sample))) + steepness * math.log(value / float(sample[tail]))
 
 
 def join_bridges(

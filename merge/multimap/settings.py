@@ -47,7 +47,7 @@ class PairSelectionSettings:
     indexed_rounds: int = 6
     index_cells: int = 60_000
     index_block_maps: int = 50
-    bridge_candidates: int = 12
+    bridge_candidates: int = 24
     member_candidates: int = 6
     bridge_pairs: int = 3
     distinct_bridges: float = 0.12
@@ -114,6 +114,7 @@ class ClusteringSettings:
     - ``refits``: at most so often edges and poses of a cluster are adapted to one another;
     - ``prior_maps``: in a team of so many maps, of which each meets three others, a third of the pairs match, as the
       confidence of an answer supposes; in an indexed team of N maps an answer has log(N / ``prior_maps``) less;
+    - ``sure_log_odds``: maps of such a team join at first by answers that have at least this;
     - ``guided_log_odds``: pairs of a cluster whose cells say at least this are matched again where the cluster puts
       them.
     """
@@ -126,6 +127,7 @@ class ClusteringSettings:
     restarts: int = 6
     refits: int = 3
     prior_maps: int = 10
+    sure_log_odds: float = 2.0
     guided_log_odds: float = 0.5
 
 

@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +14,7 @@ from benchmarks.team_injection.drawn_team import DrawnSettings, DrawnTeam, draw_
 from benchmarks.team_scale import wrong_joins
 from mapping.geometry.se2 import SE2
 from mapping.geometry.similarity2 import Similarity2
+from mapping.geometry.similarity2_array import Similarity2Array
 from mapping.grid.frame import GridFrame
 from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
@@ -21,6 +24,7 @@ from merge.multimap.bridges import LEAST_JOINED, Bridge, BridgeSearch, MisfitOdd
 from merge.multimap.graph import Cluster, Edge
 from merge.multimap.place_index import indexed_poses
 from merge.multimap.team import Team
+from merge.pair.pipeline import match
 from merge.records.prior import Prior
 from merge.retrieval.relative_poses import RelativePoses
 from merge.settings import MergeSettings
@@ -79,9 +83,20 @@ def test_a_better_fit_never_lowers_the_odds(right, wrong, one, other):
     assert found.log_odds(bridge(low)) >= found.log_odds(bridge(high))
 
 
-@given(MISFITS, MISFITS, st.floats(0.1, 50.0), st.floats(-5.0, 0.0))
-def test_no_fit_is_surer_than_the_wrong_ones_seen_allow(right, wrong, misfit, prior):
-    assert odds(right, wrong, prior=prior).log_odds(bridge(misfit)) <= prior + math.log(len(wrong) + 1)
+@given(MISFITS, st.floats(0.1, 50.0))
+def test_few_wrong_ones_make_no_fit_sure(right, misfit):
+    few = odds(right, [20.0] * 40, prior=-2.0)
+    assert few.log_odds(bridge(misfit)) <= -2.0 + math.log(41)
+
+
+def test_the_tail_of_wrong_misfits_is_that_of_a_pareto_distribution():
+    """A share of x^4 fits at least as well as x, of misfits up to 1."""
+    wrong = (np.arange(4000) + 0.5) ** 0.25 / 4000**0.25
+    for misfit in (0.9, 0.5, 0.25):
+        share = odds([1.0] * 50, [], prior=0.0).log_odds(bridge(misfit)) - odds([1.0] * 50, wrong, prior=0.0).log_odds(
+            bridge(misfit)
+        )
+        assert share == pytest.approx(4.0 * math.log(misfit), rel=0.15, abs=0.1)
 
 
 def test_few_joined_pairs_say_nothing():
@@ -97,7 +112,7 @@ def test_separate_samples_are_told_apart():
 
 def test_a_short_comparison_counts_against_short_ones_only():
     short = np.full(200, 200.0)
-    wrong = np.concatenate((np.full(200, 2.0), np.full(200, 20.0)))
+    wrong = np.concatenate((np.linspace(1.0, 5.0, 200), np.linspace(10.0, 50.0, 200)))
     found = MisfitOdds(CLEAR.right, wrong, np.concatenate((short, np.full(200, 2000.0))), -2.0)
     assert found.probability(bridge(2.0, 2000.0)) > 0.5 > found.probability(bridge(2.0, 200.0))
 
@@ -139,9 +154,79 @@ def test_refinement_leads_back_to_the_right_alignment(drawn, team, x, y, yaw):
     assert abs(found.yaw - true.yaw) < 0.01
 
 
+def corridor() -> MapSet:
+    """Eight maps of 20 x 4 m, each 2 m further along a corridor of 34 m with two niches."""
+    place = np.full((80, 720), -2.0, np.float32)
+    place[:20], place[60:] = 2.0, 2.0
+    place[12:20, 152:164] = place[12:20, 428:437] = -2.0
+    free = cv2.dilate((place < 0.0).astype(np.uint8), np.ones((3, 3), np.uint8))
+    place[free == 0] = 0.0
+    frame = GridFrame(0.05, SE2.identity(), (80, 400))
+    grids = tuple(OccupancyGrid(frame, np.ascontiguousarray(place[:, 40 * k : 40 * k + 400])) for k in range(8))
+    return MapSet(tuple(f"map_{k}" for k in range(8)), grids, ("m",) * 8)
+
+
+@pytest.mark.parametrize("shift", [0.3, 0.6, 1.0])
+def test_an_alignment_slides_along_a_corridor(shift):
+    team = Team.of(corridor(), INDEXED)
+    starts = [2.0 * int(name[4:]) for name in team.maps.names]
+    local = [Similarity2(starts[k]) @ team.frames[k].metres_from_local for k in range(8)]
+
+    def cluster(members) -> Cluster:
+        root = local[min(members)].inverse()
+        return Cluster({k: root @ local[k] for k in members}, ())
+
+    parts = [[k for k in range(8) if (starts[k] < 8.0) == left] for left in (True, False)]
+    first, second = sorted(map(cluster, parts), key=lambda each: each.root)
+    pair = first.root, second.root
+    moved = Similarity2(starts[pair[0]]).inverse() @ Similarity2(starts[pair[1]] + shift)
+    suggested = RelativePoses(np.array([pair[0]]), np.array([pair[1]]), Similarity2Array.of([moved]), np.ones(1))
+    search = BridgeSearch(team, suggested)
+
+    def error(slide: bool) -> float:
+        (found,) = search.find([first, second], {}, slide)
+        return 0.05 * abs(found.target_from_source(*pair).x - (local[pair[0]].inverse() @ local[pair[1]]).x)
+
+    assert error(slide=False) > 0.2
+    assert error(slide=True) < 0.1
+
+
+def test_an_answer_of_a_pair_suggests_an_alignment_too(drawn, team):
+    first, second = halves(drawn, team)
+    a, b = min(
+        ((a, b) for a in first.poses for b in second.poses),
+        key=lambda pair: np.hypot(*truth_between(drawn, team, *pair).matrix()[:, 2]),
+    )
+    pair = min(a, b), max(a, b)
+    answer = match(team.task(pair))
+    (found,) = BridgeSearch(team, RelativePoses.none()).find([first, second], {pair: answer})
+    true = truth_between(drawn, team, *found.between)
+    assert math.hypot(*(found.target_from_source(*found.between).matrix() - true.matrix())[:, 2]) < 3.0
+    assert found.misfit < 5.0
+
+
+def test_odds_are_learned_from_the_clusters_themselves(drawn, team):
+    """Pairs that joined fit, and places that look alike inside the clusters do not."""
+    world = true_poses(drawn, team)
+    local = [world[k] @ team.frames[k].metres_from_local for k in range(10)]
+    poses = {k: local[0].inverse() @ local[k] for k in range(10)}
+    inside = Cluster(poses, ())
+    pairs = sorted(
+        combinations(range(10), 2), key=lambda pair: np.hypot(*inside.target_from_source(*pair).matrix()[:, 2])
+    )
+    edges = tuple(edge_between(inside, inside, a, b, inside.target_from_source(a, b)) for a, b in pairs[:20])
+    whole = Cluster(poses, edges)
+    search = BridgeSearch(team, indexed_poses(team))
+    search.find([whole], {})
+    found = search.learn([whole])
+    assert np.median(found.right) < 2.0
+    assert len(found.wrong) > 20
+    assert np.quantile(found.wrong, 0.1) > np.quantile(found.right, 0.9)
+
+
 def test_the_index_suggests_the_right_alignment_of_two_clusters(drawn, team):
     first, second = halves(drawn, team)
-    best = BridgeSearch(team, indexed_poses(team)).find([first, second])[0]
+    best = BridgeSearch(team, indexed_poses(team)).find([first, second], {})[0]
     a, b = best.between
     found, true = best.target_from_source(a, b), truth_between(drawn, team, a, b)
     assert math.hypot(found.x - true.x, found.y - true.y) < 3.0
@@ -157,7 +242,7 @@ def edge_between(first: Cluster, second: Cluster, a: int, b: int, local: Similar
 def test_clusters_join_by_a_right_answer_only(drawn, team):
     first, second = halves(drawn, team)
     search = BridgeSearch(team, indexed_poses(team))
-    search.find([first, second])
+    search.find([first, second], {})
     true = truth_between(drawn, team, first.root, second.root)
     right = edge_between(first, second, first.root, second.root, true)
     wrong = edge_between(first, second, first.root, second.root, true @ Similarity2(25.0, 25.0, 3.0))
@@ -180,7 +265,7 @@ def test_clusters_do_not_join_against_a_prior(drawn):
         team = with_priors(shift)
         first, second = halves(drawn, team)
         search = BridgeSearch(team, RelativePoses.none())
-        search.find([first, second])
+        search.find([first, second], {})
         true = truth_between(drawn, team, first.root, second.root)
         edge = edge_between(first, second, first.root, second.root, true)
         assert len(join_bridges(team, search, CLEAR, [first, second], [edge])) == groups
