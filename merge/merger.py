@@ -200,7 +200,8 @@ def cluster(team: Team, answers: Answers) -> list[Cluster]:
     """
     edges = team.edges(answers)
     if team.indexed:
-        edges = [edge for edge in edges if edge.log_odds >= team.settings.multimap.clustering.sure_log_odds]
+        least = team.settings.multimap.clustering.sure_log_odds - team.prior_log_odds
+        edges = [edge for edge in edges if edge.log_odds >= least]
     return cluster_maps(len(team.maps), edges, team.model)
 
 

@@ -44,7 +44,7 @@ LEAST_JOINED = 20
 LEAST_TAIL = 5
 """Values in the lowest tenth of a sample from which on a tail is fitted to them."""
 
-SAMPLE = 500
+SAMPLE = 300
 """Right and wrong alignments whose misfits are measured."""
 
 LEAST_PROBABILITY = 0.5
@@ -155,18 +155,19 @@ class BridgeSearch:
         """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from poses inside clusters.
 
         Each pair that joined is taken to put its source on all other maps of its cluster, as if it joined just then. So
-        is each of the best poses that the index suggests and the cluster contradicts.
+        is each of the best poses that the index suggests and the cluster contradicts. An alignment has to compare as
+        much wall as half of the pairs do that joined.
         """
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
         joined = [_without_source(each, edge.target, edge.source) for each in clusters for edge in each.edges]
-        right, wrong = (
-            [self.fitted(each) for each in bridges[:: max(1, math.ceil(len(bridges) / SAMPLE))]]
-            for bridges in (joined, self._contradicted(cluster_of))
+        joined, contradicted = (
+            bridges[:: max(1, math.ceil(len(bridges) / SAMPLE))] for bridges in (joined, self._contradicted(cluster_of))
         )
+        pairs = [self._compared(*each.between, each.target_from_source(*each.between))[1] for each in joined]
         return MisfitOdds(
-            np.array([each.misfit for each in right]),
-            np.array([each.misfit for each in wrong]),
-            np.array([each.length for each in wrong]),
+            np.array([self.fitted(each).misfit for each in joined]),
+            np.array([self.fitted(each).misfit for each in contradicted]),
+            float(np.median(pairs)) if pairs else 0.0,
             -math.log(self._team.settings.multimap.selection.bridge_candidates),
         )
 
@@ -361,17 +362,16 @@ def bridge_of_edge(first: Cluster, second: Cluster, edge: Edge) -> Bridge:
 class MisfitOdds:
     """Probability that two clusters are aligned right, from how well all their walls then fit.
 
-    ``right`` (R,) are misfits of right alignments, ``wrong`` (W,) of wrong ones, ``lengths`` (W,) those of the walls
-    compared, and ``prior`` the log-odds of an alignment before. They change by the share of right ones that fit no
-    better, divided by that of wrong ones that fit no worse. The former is that of a log-normal distribution with the
-    same quartiles, the latter that of a Pareto distribution fitted to the tenth that fits best (Hill 1975). Where
-    little is compared wrong ones fit well more often; so only those count that compared about as much, or at least half
-    as much as is usual.
+    ``right`` (R,) are misfits of right alignments, ``wrong`` (W,) of wrong ones, and ``prior`` the log-odds of an
+    alignment before. They change by the share of right ones that fit no better, divided by that of wrong ones that fit
+    no worse. The former is that of a log-normal distribution with the same quartiles, the latter that of a Pareto
+    distribution fitted to the tenth that fits best (Hill 1975). Where little is compared wrong ones fit well more
+    often; so no alignment is likely that compares less than ``least_length`` [wide cells].
     """
 
     right: NDArray[np.float64]
     wrong: NDArray[np.float64]
-    lengths: NDArray[np.float64]
+    least_length: float
     prior: float
 
     def probability(self, bridge: Bridge) -> float:
@@ -384,28 +384,28 @@ class MisfitOdds:
         return sorted((each for each in found if each[1] > LEAST_PROBABILITY), key=lambda each: -each[1])
 
     def log_odds(self, bridge: Bridge) -> float:
-        """Return the log-odds of an alignment; none is likely if too few pairs joined to know."""
-        if len(self.right) < LEAST_JOINED or not bridge.misfit < math.inf:
+        """Return the log-odds of an alignment; none is likely that compares little, or if too few pairs joined."""
+        if len(self.right) < LEAST_JOINED or bridge.length < self.least_length or not bridge.misfit < math.inf:
             return -math.inf
         low, middle, high = np.log(np.quantile(self.right, (0.25, 0.5, 0.75)))
         spread = max((high - low) / QUARTILES, LEAST_SPREAD)
         no_better = float(log_ndtr((middle - math.log(bridge.misfit)) / spread))
-        usual = float(np.median(self.lengths)) if len(self.lengths) else 0.0
-        alike = (self.lengths >= min(bridge.length, usual) / 2.0) & (self.lengths <= 2.0 * bridge.length)
-        return self.prior + no_better - _log_share_below(np.sort(self.wrong[alike]), bridge.misfit)
+        return self.prior + no_better - _log_share_below(self.wrong, bridge.misfit)
 
 
 def _log_share_below(sample: NDArray[np.float64], value: float) -> float:
-    """Return the logarithm of the share of a sorted sample up to a value; in its lowest tenth that of a Pareto tail.
+    """Return the logarithm of the share of a sample up to a value; in its lowest tenth that of a Pareto tail.
 
-    The exponent is one standard error less than estimated. A sample too small for a tail has one value more than seen.
+    The exponent is one standard error less than estimated, and the share no less than a tenth of a value. A sample too
+    small for a tail has one value more than seen.
     """
-    tail = len(sample) // 10
+    sample, tail = np.sort(sample), len(sample) // 10
     if tail < LEAST_TAIL or value >= sample[tail]:
         return math.log((1 + int(np.searchsorted(sample, value, side="right"))) / (1 + len(sample)))
     steepness = 1.0 / max(float(np.mean(np.log(sample[tail] / sample[:tail]))), 1e-3)
     steepness *= 1.0 - 1.0 / math.sqrt(tail)
-    return math.log((1 + tail) / (1 + len(sample))) + steepness * math.log(value / float(sample[tail]))
+    share = (1 + tail) * (value / float(sample[tail])) ** steepness
+    return math.log(max(share, 0.1) / (1 + len(sample)))
 
 
 def join_bridges(

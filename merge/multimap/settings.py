@@ -114,7 +114,7 @@ class ClusteringSettings:
     - ``refits``: at most so often edges and poses of a cluster are adapted to one another;
     - ``prior_maps``: in a team of so many maps, of which each meets three others, a third of the pairs match, as the
       confidence of an answer supposes; in an indexed team of N maps an answer has log(N / ``prior_maps``) less;
-    - ``sure_log_odds``: maps of such a team join at first by answers that have at least this;
+    - ``sure_log_odds``: maps of such a team join at first by answers that have at least this before;
     - ``guided_log_odds``: pairs of a cluster whose cells say at least this are matched again where the cluster puts
       them.
     """
@@ -127,7 +127,7 @@ class ClusteringSettings:
     restarts: int = 6
     refits: int = 3
     prior_maps: int = 10
-    sure_log_odds: float = 2.0
+    sure_log_odds: float = 3.0
     guided_log_odds: float = 0.5
 
 
