@@ -123,21 +123,21 @@ def bridge_clusters(
 ) -> tuple[list[Cluster], Answers]:
     """Join the clusters of a large team, round by round, by alignments whose walls all fit.
 
-    When none joins them any more, alignments may slide.
+    When none joins them any more, the search is thorough.
     """
-    search, slide = BridgeSearch(team, poses), False
+    search, thorough = BridgeSearch(team, poses), False
     for _ in range(team.settings.multimap.selection.indexed_rounds):
         clusters, answers = strengthen_clusters(team, answers, clusters)
         if len(clusters) == 1:
             break
-        bridges = search.find(clusters, answers, slide)
+        bridges = search.find(clusters, answers, thorough)
         odds = search.learn(clusters)
         edges, answers = match_bridges(team, answers, odds.likely(bridges))
         before = len(clusters)
         clusters = join_bridges(team, search, odds, clusters, edges)
-        if len(clusters) == before and slide:
+        if len(clusters) == before and thorough:
             break
-        slide = len(clusters) == before
+        thorough = len(clusters) == before
     return clusters, answers
 
 

@@ -50,10 +50,10 @@ SAMPLE = 300
 LEAST_PROBABILITY = 0.5
 """Clusters are joined by an alignment of at least this probability."""
 
-MEASURED_ON, REFINED_ON = 40, 20
+MEASURED_ON, REFINED_ON = 30, 12
 """Pairs of maps that meet on which an alignment is measured and refined."""
 
-HOPELESS, GIVEN_UP = 20.0, 40.0
+HOPELESS, GIVEN_UP = 20.0, 25.0
 """An alignment of such a misfit is not refined, and not even measured on all maps that meet."""
 
 UNSEEN = 2.0
@@ -68,6 +68,9 @@ STEPS = 8
 GATES = 0.08, 0.012
 """Largest distance of walls that are paired in the first and in the last of them [of the smaller map's diagonal]."""
 
+
+THOROUGH = 4
+"""A thorough search measures so many times the usual number of alignments."""
 
 SLIDE, SLIDES = 0.02, (-3, -2, -1, 1, 2, 3)
 """An alignment that may slide is tried so far apart [of a map's diagonal], so many times."""
@@ -117,16 +120,16 @@ class BridgeSearch:
         self._usual = np.full(len(team.maps), LEAST_MISFIT)
         self._usual_of_all = LEAST_MISFIT
 
-    def find(self, clusters: Sequence[Cluster], answers: Answers, slide: bool = False) -> list[Bridge]:
+    def find(self, clusters: Sequence[Cluster], answers: Answers, thorough: bool = False) -> list[Bridge]:
         """List the likeliest distinct alignments of each cluster with larger ones, those that fit best first.
 
-        They are suggested by the index, or by answers of pairs, which may have been refused. If they may ``slide``,
-        each is tried at places along the direction that its walls hold least, such as along a corridor.
+        They are suggested by the index, or by answers of pairs, which may have been refused. A ``thorough`` search
+        takes more of them, and tries each also at places along the direction that walls hold least, as in a corridor.
         """
         self._measure_usual(clusters)
         poses = RelativePoses.joined([self._poses, _poses_of(self._team, answers)])
-        fit = self._slid if slide else self.fitted
-        return sorted(map(fit, self._likeliest(clusters, poses)), key=lambda each: each.misfit)
+        fit, times = (self._slid, THOROUGH) if thorough else (self.fitted, 1)
+        return sorted(map(fit, self._likeliest(clusters, poses, times)), key=lambda each: each.misfit)
 
     def fitted(self, bridge: Bridge) -> Bridge:
         """Refine an alignment as long as it fits better, and measure it; one that is hopeless is not refined."""
@@ -293,12 +296,12 @@ class BridgeSearch:
             if math.hypot(pose.x - middle.x, pose.y - middle.y) <= reach
         }
 
-    def _likeliest(self, clusters: Sequence[Cluster], poses: RelativePoses) -> list[Bridge]:
-        """List distinct alignments of clusters, by the best poses of two of their maps."""
+    def _likeliest(self, clusters: Sequence[Cluster], poses: RelativePoses, times: int) -> list[Bridge]:
+        """List distinct alignments of clusters, by the best poses of two of their maps, ``times`` the usual number."""
         team, settings = self._team, self._team.settings.multimap.selection
         cluster_of = {member: cluster for cluster in clusters for member in cluster.poses}
         left = {
-            each.root: max(settings.bridge_candidates, settings.member_candidates * len(each.poses))
+            each.root: times * max(settings.bridge_candidates, settings.member_candidates * len(each.poses))
             for each in clusters
         }
         root_of = np.array([cluster_of[k].root for k in range(len(team.maps))])

@@ -44,7 +44,7 @@ class PairSelectionSettings:
     block_maps: int = 10
     min_indexed_maps: int = 40
     indexed_partners: int = 3
-    indexed_rounds: int = 6
+    indexed_rounds: int = 8
     index_cells: int = 60_000
     index_block_maps: int = 50
     bridge_candidates: int = 24

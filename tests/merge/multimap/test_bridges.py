@@ -181,12 +181,12 @@ def test_an_alignment_slides_along_a_corridor(shift):
     suggested = RelativePoses(np.array([pair[0]]), np.array([pair[1]]), Similarity2Array.of([moved]), np.ones(1))
     search = BridgeSearch(team, suggested)
 
-    def error(slide: bool) -> float:
-        (found,) = search.find([first, second], {}, slide)
+    def error(thorough: bool) -> float:
+        (found,) = search.find([first, second], {}, thorough)
         return 0.05 * abs(found.target_from_source(*pair).x - (local[pair[0]].inverse() @ local[pair[1]]).x)
 
-    assert error(slide=False) > 0.2
-    assert error(slide=True) < 0.1
+    assert error(thorough=False) > 0.2
+    assert error(thorough=True) < 0.1
 
 
 def test_an_answer_of_a_pair_suggests_an_alignment_too(drawn, team):
