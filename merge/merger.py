@@ -23,6 +23,7 @@ from merge.pair.feature_cache import FeatureCache
 from merge.pair.pipeline import GuidedTask, match, match_near
 from merge.pair.task import PairTask, Runner, run_tasks
 from merge.records.result import MergeResult, PairResult
+from merge.records.verdict import Reason
 from merge.retrieval.relative_poses import RelativePoses
 from merge.settings import MergeSettings
 
@@ -132,7 +133,7 @@ def bridge_clusters(
             break
         bridges = search.find(clusters, answers, thorough)
         odds = search.learn(clusters)
-        edges, answers = match_bridges(team, answers, odds.likely(bridges))
+        edges, answers = match_bridges(team, search, answers, odds.likely(bridges))
         before = len(clusters)
         clusters = join_bridges(team, search, odds, clusters, edges)
         if len(clusters) == before and thorough:
@@ -141,10 +142,13 @@ def bridge_clusters(
     return clusters, answers
 
 
-def match_bridges(team: Team, answers: Answers, bridges: Sequence[tuple[Bridge, float]]) -> tuple[list[Edge], Answers]:
+def match_bridges(
+    team: Team, search: BridgeSearch, answers: Answers, bridges: Sequence[tuple[Bridge, float]]
+) -> tuple[list[Edge], Answers]:
     """Match the pairs with most in common of each bridge where it puts them; each bridge comes with its confidence.
 
-    Return the edges that agree with their bridges, in the order of those, and the answers.
+    A pair that shows only parallel walls counts if the walls of all maps that meet hold the bridge. Return the edges
+    that agree with their bridges, in the order of those, and the answers.
     """
     most = team.settings.multimap.selection.bridge_pairs
     wanted: dict[Pair, tuple[Bridge, float]] = {}
@@ -154,9 +158,15 @@ def match_bridges(team: Team, answers: Answers, bridges: Sequence[tuple[Bridge, 
     placed = [bridge.placed for bridge, _ in wanted.values()]
     tasks = [GuidedTask(team.task(p), team.metric(c, *team.task(p).names)) for p, c in zip(wanted, placed, strict=True)]
     accepted: dict[Pair, PairResult] = {}
-    for (pair, (_, confidence)), place, guided in zip(wanted.items(), placed, team.run(match_near, tasks), strict=True):
-        agrees = guided.accepted and team.agrees(guided, place)
-        answer = verdicts.with_guided_answer(answers.get(pair), guided, agrees, confidence)
+    found = list(zip(wanted.items(), placed, team.run(match_near, tasks), strict=True))
+    corridors = {bridge for (_, (bridge, _)), _, guided in found if guided.reason is Reason.PARALLEL_WALLS}
+    held = {bridge for bridge in corridors if search.holds(bridge)}
+    for (pair, (bridge, confidence)), place, guided in found:
+        agrees = guided.target_from_source is not None and team.agrees(guided, place)
+        if bridge in held and guided.reason is Reason.PARALLEL_WALLS:
+            answer = verdicts.with_agreeing_refusals(answers.get(pair), guided, agrees, confidence)
+        else:
+            answer = verdicts.with_guided_answer(answers.get(pair), guided, agrees, confidence)
         if answer is not None:
             accepted[pair] = answer
     return [team.edge(answer) for answer in accepted.values()], {**answers, **accepted}

@@ -72,8 +72,11 @@ GATES = 0.08, 0.012
 THOROUGH = 4
 """A thorough search measures so many times the usual number of alignments."""
 
-SLIDE, SLIDES = 0.02, (-3, -2, -1, 1, 2, 3)
-"""An alignment that may slide is tried so far apart [of a map's diagonal], so many times."""
+SLIDES = (-0.06, -0.04, -0.02, 0.02, 0.04, 0.06)
+"""Steps by which an alignment that may slide is tried [of a map's diagonal]."""
+
+HELD_STEPS, HELD_MISFIT = (-0.04, -0.02, 0.02, 0.04), 3.0
+"""An alignment is held if it fits so many times worse when it is moved by these steps [of a map's diagonal]."""
 
 Meeting = tuple[int, int, Similarity2]
 """A map of the first and one of the second cluster that meet, and the pose of the one from the other."""
@@ -146,13 +149,19 @@ class BridgeSearch:
         best = self.fitted(bridge)
         if best.misfit > HOPELESS:
             return best
-        weakest = np.linalg.eigh(self._equations(best, GATES[-1])[:2, :2])[1][:, 0]
-        anchor, step = best.first.poses[best.between[0]], SLIDE * self._team.frames[best.between[0]].diagonal
-        moves = [Similarity2(*(k * step * weakest).tolist()) for k in SLIDES]
-        starts = (
-            replace(best, first_from_second=anchor @ m @ anchor.inverse() @ best.first_from_second) for m in moves
-        )
-        return min((best, *map(self.fitted, starts)), key=lambda each: each.misfit)
+        return min((best, *map(self.fitted, self._along(best, SLIDES))), key=lambda each: each.misfit)
+
+    def holds(self, bridge: Bridge) -> bool:
+        """Test if the walls that meet hold an alignment in every direction; those of a bare corridor do not."""
+        moved = (self.measured(each) for each in self._along(bridge, HELD_STEPS))
+        return all(each.misfit > HELD_MISFIT * bridge.misfit for each in moved)
+
+    def _along(self, bridge: Bridge, steps: Sequence[float]) -> list[Bridge]:
+        """Move an alignment along the direction in which its walls hold it least, by shares of a map's diagonal."""
+        weakest = np.linalg.eigh(self._equations(bridge, GATES[-1])[:2, :2])[1][:, 0]
+        anchor, diagonal = bridge.first.poses[bridge.between[0]], self._team.frames[bridge.between[0]].diagonal
+        moves = (anchor @ Similarity2(*(step * diagonal * weakest).tolist()) @ anchor.inverse() for step in steps)
+        return [replace(bridge, first_from_second=move @ bridge.first_from_second) for move in moves]
 
     def learn(self, clusters: Sequence[Cluster]) -> MisfitOdds:
         """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from poses inside clusters.

@@ -84,11 +84,11 @@ def across_clusters(answer: PairResult | None, task: PairTask) -> PairResult:
 
 
 def with_agreeing_refusals(
-    answer: PairResult, guided: PairResult, agrees: bool, confidence: float
+    answer: PairResult | None, guided: PairResult, agrees: bool, confidence: float
 ) -> PairResult | None:
-    """Accept a refused pair at the transform of the fused clusters, if its guided answer ``agrees``; else None.
+    """Accept a refused pair where its two clusters join as a whole, if its guided answer ``agrees``; else None.
 
-    ``confidence`` is that of the match of the fused clusters, or of the weakest link inside them if that is less.
+    ``confidence`` is that of the join, or of the weakest link inside the clusters if that is less.
     """
     if guided.target_from_source is None or not agrees:
         return None

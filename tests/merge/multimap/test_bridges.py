@@ -152,11 +152,12 @@ def test_refinement_leads_back_to_the_right_alignment(drawn, team, x, y, yaw):
     assert abs(found.yaw - true.yaw) < 0.01
 
 
-def corridor() -> MapSet:
-    """Eight maps of 20 x 4 m, each 2 m further along a corridor of 34 m with two niches."""
+def corridor(niches: bool = True) -> MapSet:
+    """Eight maps of 20 x 4 m, each 2 m further along a corridor of 34 m, bare or with two niches."""
     place = np.full((80, 720), -2.0, np.float32)
     place[:20], place[60:] = 2.0, 2.0
-    place[12:20, 152:164] = place[12:20, 428:437] = -2.0
+    if niches:
+        place[12:20, 152:164] = place[12:20, 428:437] = -2.0
     free = cv2.dilate((place < 0.0).astype(np.uint8), np.ones((3, 3), np.uint8))
     place[free == 0] = 0.0
     frame = GridFrame(0.05, SE2.identity(), (80, 400))
@@ -164,9 +165,8 @@ def corridor() -> MapSet:
     return MapSet(tuple(f"map_{k}" for k in range(8)), grids, ("m",) * 8)
 
 
-@pytest.mark.parametrize("shift", [0.3, 0.6, 1.0])
-def test_an_alignment_slides_along_a_corridor(shift):
-    team = Team.of(corridor(), INDEXED)
+def corridor_parts(team: Team) -> tuple[Bridge, list[float]]:
+    """The right alignment of the four maps at one end of the corridor and the others, and where each map starts [m]."""
     starts = [2.0 * int(name[4:]) for name in team.maps.names]
     local = [Similarity2(starts[k]) @ team.frames[k].metres_from_local for k in range(8)]
 
@@ -177,16 +177,33 @@ def test_an_alignment_slides_along_a_corridor(shift):
     parts = [[k for k in range(8) if (starts[k] < 8.0) == left] for left in (True, False)]
     first, second = sorted(map(cluster, parts), key=lambda each: each.root)
     pair = first.root, second.root
+    return Bridge(first, second, local[pair[0]].inverse() @ local[pair[1]], pair), starts
+
+
+@pytest.mark.parametrize("shift", [0.3, 0.6, 1.0])
+def test_an_alignment_slides_along_a_corridor(shift):
+    team = Team.of(corridor(), INDEXED)
+    right, starts = corridor_parts(team)
+    pair = right.between
     moved = Similarity2(starts[pair[0]]).inverse() @ Similarity2(starts[pair[1]] + shift)
     suggested = RelativePoses(np.array([pair[0]]), np.array([pair[1]]), Similarity2Array.of([moved]), np.ones(1))
     search = BridgeSearch(team, suggested)
 
     def error(thorough: bool) -> float:
-        (found,) = search.find([first, second], {}, thorough)
-        return 0.05 * abs(found.target_from_source(*pair).x - (local[pair[0]].inverse() @ local[pair[1]]).x)
+        (found,) = search.find([right.first, right.second], {}, thorough)
+        return 0.05 * abs(found.target_from_source(*pair).x - right.target_from_source(*pair).x)
 
     assert error(thorough=False) > 0.2
     assert error(thorough=True) < 0.1
+
+
+@pytest.mark.parametrize("niches", [True, False])
+def test_a_corridor_holds_an_alignment_only_by_its_niches(niches):
+    team = Team.of(corridor(niches), INDEXED)
+    right, _ = corridor_parts(team)
+    search = BridgeSearch(team, RelativePoses.none())
+    search.find([right.first, right.second], {})
+    assert search.holds(search.measured(right)) == niches
 
 
 def test_an_answer_of_a_pair_suggests_an_alignment_too(drawn, team):
