@@ -39,7 +39,7 @@ from merge.multimap.place_index import DescribeTask, describe
 from merge.records.result import MergeResult, PairResult
 from merge.retrieval.similar_places import suggest_poses
 from merge.settings import MergeSettings
-from worlds.families.registry import make_world
+from worlds.families.registry import FAMILIES, make_world
 
 SEED = 5
 
@@ -217,7 +217,9 @@ def _line(panel: Axes, maps: Sequence[int], values: Sequence[float], series: int
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--maps", default="20,50,100,200,500", help="numbers of maps (default: %(default)s)")
-    parser.add_argument("--family", default="office", help="family of the building (default: %(default)s)")
+    parser.add_argument(
+        "--family", default="office", choices=FAMILIES, help="family of the building (default: %(default)s)"
+    )
     parser.add_argument("--world-seed", type=int, default=3, help="seed of the building (default: %(default)s)")
     parser.add_argument("--workers", type=int, default=2, help="processes that match pairs (default: %(default)s)")
     parser.add_argument("--out", type=Path, default=Path("scale"), help="folder of the results (default: %(default)s)")

@@ -228,11 +228,15 @@ def refine_cluster(team: Team, answers: Answers, cluster: Cluster) -> tuple[Clus
 
 
 def refine_poses(team: Team, answers: Answers, cluster: Cluster) -> Cluster:
-    """Refine the poses of a cluster together on the cells of all pairs that join it."""
+    """Refine the poses of a cluster together on the cells of all pairs that join it.
+
+    The tolerances of the pairs count, but not in an indexed team: its cells are wider than those of its pairs.
+    """
+    known = {} if team.indexed else answers
     tolerances = {
         pair: answer.evidence.tolerance_cells
-        for pair, answer in answers.items()
-        if answer.evidence is not None and answer.accepted and not team.indexed
+        for pair, answer in known.items()
+        if answer.evidence is not None and answer.accepted
     }
     settings = team.settings.multimap.joint_icp
     return joint_icp(cluster, team.likelihood.prepared, tolerances, team.scale.fixed, settings, team.settings.alignment)

@@ -68,7 +68,6 @@ STEPS = 8
 GATES = 0.08, 0.012
 """Largest distance of walls that are paired in the first and in the last of them [of the smaller map's diagonal]."""
 
-
 THOROUGH = 4
 """A thorough search measures so many times the usual number of alignments."""
 
@@ -201,7 +200,7 @@ class BridgeSearch:
         return found
 
     def refined(self, bridge: Bridge) -> Bridge:
-        """Move one cluster as a whole until the walls that meet fit best: ICP on all maps that meet."""
+        """Move one cluster as a whole until the walls that meet fit best: ICP (Besl and McKay 1992) on all of them."""
         anchor, meeting = bridge.first.poses[bridge.between[0]], self._meeting(bridge)[:REFINED_ON]
         for gate in np.geomspace(*GATES, STEPS).tolist():
             equations = self._equations(bridge, gate, meeting)
@@ -213,12 +212,15 @@ class BridgeSearch:
         return bridge
 
     def _equations(self, bridge: Bridge, gate: float, meeting: Sequence[Meeting] | None = None) -> NDArray[np.float64]:
-        """Sum the normal equations (3, 4) of x, y and yaw of a move about the first map between, of all that meet."""
+        """Sum the normal equations (3, 4) of all maps that meet, by x, y [wide cells] and yaw [rad] of a move.
+
+        The move is that of the second cluster, in the frame of the first map ``between``.
+        """
         meeting = self._meeting(bridge)[:REFINED_ON] if meeting is None else meeting
         return sum((self._equations_of(bridge, a, b, gate) for a, b, _ in meeting), np.zeros((3, 4)))
 
     def _equations_of(self, bridge: Bridge, a: int, b: int, gate: float) -> NDArray[np.float64]:
-        """Return the normal equations of the walls of two maps that are nearer than the gate [of a diagonal]."""
+        """Return those (3, 4) of the walls of two maps that are nearer than the gate [of the smaller diagonal]."""
         settings, target, source = self._team.settings, *map(self._team.likelihood.prepared, (a, b))
         pose = prepared_from_local(target, source, bridge.target_from_source(a, b))
         near = gate * min(target.diagonal, pose.scale * source.diagonal)
