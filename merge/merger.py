@@ -164,6 +164,7 @@ def match_bridges(
     for (pair, (bridge, confidence)), place, guided in found:
         agrees = guided.target_from_source is not None and team.agrees(guided, place)
         if bridge in held and guided.reason is Reason.PARALLEL_WALLS:
+            agrees = agrees and search.is_at(bridge, team.edge(guided))
             answer = verdicts.with_agreeing_refusals(answers.get(pair), guided, agrees, confidence)
         else:
             answer = verdicts.with_guided_answer(answers.get(pair), guided, agrees, confidence)

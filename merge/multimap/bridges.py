@@ -155,6 +155,12 @@ class BridgeSearch:
         moved = (self.measured(each) for each in self._along(bridge, HELD_STEPS))
         return all(each.misfit > HELD_MISFIT * bridge.misfit for each in moved)
 
+    def is_at(self, bridge: Bridge, edge: Edge) -> bool:
+        """Test if an edge puts its source where a bridge does, far nearer than the steps by which that is held."""
+        moved = bridge.placed.target_from_source(edge.target, edge.source).inverse() @ edge.target_from_source
+        nearest = min(map(abs, HELD_STEPS)) / 2.0 * self._team.frames[edge.source].diagonal
+        return math.hypot(moved.x, moved.y) < nearest
+
     def _along(self, bridge: Bridge, steps: Sequence[float]) -> list[Bridge]:
         """Move an alignment along the direction in which its walls hold it least, by shares of a map's diagonal."""
         weakest = np.linalg.eigh(self._equations(bridge, GATES[-1])[:2, :2])[1][:, 0]

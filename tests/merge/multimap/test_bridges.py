@@ -206,6 +206,15 @@ def test_a_corridor_holds_an_alignment_only_by_its_niches(niches):
     assert search.holds(search.measured(right)) == niches
 
 
+def test_an_answer_that_slid_along_a_corridor_is_not_at_its_bridge():
+    team = Team.of(corridor(), INDEXED)
+    right, _ = corridor_parts(team)
+    search, (a, b) = BridgeSearch(team, RelativePoses.none()), right.between
+    for shift, near in ((0.0, True), (2.0, True), (10.0, False)):
+        edge = edge_between(right.first, right.second, a, b, right.target_from_source(a, b) @ Similarity2(shift))
+        assert search.is_at(right, edge) == search.is_at(right, edge.reversed()) == near
+
+
 def test_an_answer_of_a_pair_suggests_an_alignment_too(drawn, team):
     first, second = halves(drawn, team)
     a, b = min(
