@@ -9,11 +9,14 @@ from itertools import combinations
 from mapping.geometry.similarity2 import Similarity2
 from mapping.map_set import MapSet
 from merge.multimap import verdicts
-from merge.multimap.bridges import LEAST_JOINED, Bridge, BridgeSearch, join_bridges
+from merge.multimap.bridge import Bridge
+from merge.multimap.bridge_fit import BridgeFit
+from merge.multimap.bridges import BridgeSearch, join_bridges
 from merge.multimap.cluster_merging import FusedMatch, match_fused_clusters
 from merge.multimap.clustering import cluster_maps
 from merge.multimap.graph import Cluster, ClusterAlignment, Edge, Pair, in_matching_order, pairs_of, placed_together
 from merge.multimap.joint_icp import joint_icp
+from merge.multimap.misfit_odds import LEAST_JOINED
 from merge.multimap.pair_selection import Ranking, nearest_partners, rank_pairs, select
 from merge.multimap.pose_graph import join_clusters, refit_cluster
 from merge.multimap.results import merge_result
@@ -122,28 +125,34 @@ def match_across(
 def bridge_clusters(
     team: Team, poses: RelativePoses, answers: Answers, clusters: list[Cluster]
 ) -> tuple[list[Cluster], Answers]:
-    """Join the clusters of a large team, round by round, by alignments whose walls all fit.
-
-    When none joins them any more, the search is thorough.
-    """
-    search, thorough = BridgeSearch(team, poses), False
+    """Join the clusters of a large team, round by round, by alignments whose walls all fit."""
     for _ in range(team.settings.multimap.selection.indexed_rounds):
         clusters, answers = strengthen_clusters(team, answers, clusters)
         if len(clusters) == 1:
             break
-        bridges = search.find(clusters, answers, thorough)
-        odds = search.learn(clusters)
-        edges, answers = match_bridges(team, search, answers, odds.likely(bridges))
         before = len(clusters)
-        clusters = join_bridges(team, search, odds, clusters, edges)
-        if len(clusters) == before and thorough:
+        clusters, answers = join_likely(team, BridgeSearch(team, poses, clusters), answers, clusters)
+        if len(clusters) == before:
             break
-        thorough = len(clusters) == before
     return clusters, answers
 
 
+def join_likely(
+    team: Team, search: BridgeSearch, answers: Answers, clusters: list[Cluster]
+) -> tuple[list[Cluster], Answers]:
+    """Join clusters by their likely alignments; if those join none, by those of a thorough search."""
+    odds, joined = search.learn(), clusters
+    for thorough in (False, True):
+        bridges = odds.likely(search.find(answers, thorough))
+        edges, answers = match_bridges(team, search.fit, answers, bridges)
+        joined = join_bridges(team, search.fit, odds, clusters, edges)
+        if len(joined) < len(clusters):
+            break
+    return joined, answers
+
+
 def match_bridges(
-    team: Team, search: BridgeSearch, answers: Answers, bridges: Sequence[tuple[Bridge, float]]
+    team: Team, fit: BridgeFit, answers: Answers, bridges: Sequence[tuple[Bridge, float]]
 ) -> tuple[list[Edge], Answers]:
     """Match the pairs with most in common of each bridge where it puts them; each bridge comes with its confidence.
 
@@ -160,11 +169,11 @@ def match_bridges(
     accepted: dict[Pair, PairResult] = {}
     found = list(zip(wanted.items(), placed, team.run(match_near, tasks), strict=True))
     corridors = {bridge for (_, (bridge, _)), _, guided in found if guided.reason is Reason.PARALLEL_WALLS}
-    held = {bridge for bridge in corridors if search.holds(bridge)}
+    held = {bridge for bridge in corridors if fit.holds(bridge)}
     for (pair, (bridge, confidence)), place, guided in found:
         agrees = guided.target_from_source is not None and team.agrees(guided, place)
         if bridge in held and guided.reason is Reason.PARALLEL_WALLS:
-            agrees = agrees and search.is_at(bridge, team.edge(guided))
+            agrees = agrees and fit.is_at(bridge, team.edge(guided))
             answer = verdicts.with_agreeing_refusals(answers.get(pair), guided, agrees, confidence)
         else:
             answer = verdicts.with_guided_answer(answers.get(pair), guided, agrees, confidence)

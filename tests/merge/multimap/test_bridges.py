@@ -20,8 +20,11 @@ from mapping.grid.occupancy_grid import OccupancyGrid
 from mapping.map_set import MapSet
 from mapquilt.jobs.runner import Runner, Workers
 from merge.merger import merge_maps
-from merge.multimap.bridges import LEAST_JOINED, Bridge, BridgeSearch, MisfitOdds, join_bridges
+from merge.multimap.bridge import Bridge
+from merge.multimap.bridge_fit import BridgeFit
+from merge.multimap.bridges import BridgeSearch, join_bridges
 from merge.multimap.graph import Cluster, Edge
+from merge.multimap.misfit_odds import MisfitOdds
 from merge.multimap.place_index import indexed_poses
 from merge.multimap.team import Team
 from merge.pair.pipeline import match
@@ -30,11 +33,13 @@ from merge.retrieval.relative_poses import RelativePoses
 from merge.settings import MergeSettings
 from worlds.families.registry import make_world
 
-MISFITS = st.lists(st.floats(0.1, 50.0), min_size=LEAST_JOINED, max_size=60)
 START = MergeSettings()
 SELECTION = replace(START.multimap.selection, min_indexed_maps=8)
 INDEXED = replace(START, multimap=replace(START.multimap, selection=SELECTION))
 """Teams of eight maps are indexed already."""
+
+CLEAR = MisfitOdds(np.linspace(0.8, 1.3, 50), np.linspace(8.0, 40.0, 300), 1000.0, -2.0)
+"""Right alignments have misfits about 1, wrong ones 8 and more."""
 
 
 @pytest.fixture(scope="module")
@@ -46,19 +51,6 @@ def drawn() -> DrawnTeam:
 @pytest.fixture(scope="module")
 def team(drawn: DrawnTeam) -> Team:
     return Team.of(drawn.maps, INDEXED)
-
-
-def odds(right, wrong, length=1000.0, prior=-2.0) -> MisfitOdds:
-    return MisfitOdds(np.sort(right), np.array(wrong), length, prior)
-
-
-CLEAR = odds(np.linspace(0.8, 1.3, 50), np.linspace(8.0, 40.0, 300))
-"""Right alignments have misfits about 1, wrong ones 8 and more."""
-
-
-def bridge(misfit, length=1000.0) -> Bridge:
-    one, other = Cluster.of_one(0), Cluster.of_one(1)
-    return Bridge(one, other, Similarity2.identity(), (0, 1), misfit, length)
 
 
 def true_poses(drawn: DrawnTeam, team: Team) -> list[Similarity2]:
@@ -76,45 +68,6 @@ def halves(drawn: DrawnTeam, team: Team) -> tuple[Cluster, Cluster]:
     return first, second
 
 
-@given(MISFITS, MISFITS, st.floats(0.1, 50.0), st.floats(0.1, 50.0))
-def test_a_better_fit_never_lowers_the_odds(right, wrong, one, other):
-    low, high = sorted((one, other))
-    found = odds(right, wrong)
-    assert found.log_odds(bridge(low)) >= found.log_odds(bridge(high))
-
-
-@given(MISFITS, st.floats(0.1, 50.0))
-def test_few_wrong_ones_make_no_fit_sure(right, misfit):
-    few = odds(right, [20.0] * 40, prior=-2.0)
-    assert few.log_odds(bridge(misfit)) <= -2.0 + math.log(41)
-
-
-def test_the_tail_of_wrong_misfits_is_that_of_a_pareto_distribution():
-    """A share of x^4 fits at least as well as x, of misfits up to 1."""
-    wrong = (np.arange(4000) + 0.5) ** 0.25 / 4000**0.25
-    for misfit in (0.9, 0.5, 0.25):
-        share = odds([1.0] * 50, [], prior=0.0).log_odds(bridge(misfit)) - odds([1.0] * 50, wrong, prior=0.0).log_odds(
-            bridge(misfit)
-        )
-        assert share == pytest.approx(4.0 * math.log(misfit), rel=0.15, abs=0.1)
-
-
-def test_few_joined_pairs_say_nothing():
-    assert odds([1.0] * (LEAST_JOINED - 1), [20.0] * 50).probability(bridge(1.0)) == 0.0
-
-
-def test_separate_samples_are_told_apart():
-    assert CLEAR.probability(bridge(1.0)) > 0.95
-    assert CLEAR.probability(bridge(6.0)) < 0.5
-    assert CLEAR.probability(bridge(20.0)) < 0.01
-    assert [each.misfit for each, _ in CLEAR.likely([bridge(20.0), bridge(2.0), bridge(1.0)])] == [1.0, 2.0]
-
-
-def test_a_short_comparison_makes_nothing_likely():
-    assert CLEAR.probability(bridge(1.0, 1000.0)) > 0.95
-    assert CLEAR.probability(bridge(1.0, 999.0)) == 0.0
-
-
 def right_alignment(drawn: DrawnTeam, team: Team, first: Cluster, second: Cluster) -> Similarity2:
     world = true_poses(drawn, team)
     here, there = (world[k] @ team.frames[k].metres_from_local for k in (first.root, second.root))
@@ -129,12 +82,12 @@ def truth_between(drawn: DrawnTeam, team: Team, a: int, b: int) -> Similarity2:
 def test_only_the_right_alignment_of_two_clusters_fits(drawn, team):
     first, second = halves(drawn, team)
     right = right_alignment(drawn, team, first, second)
-    search = BridgeSearch(team, indexed_poses(team))
+    fit = BridgeFit(team, [first, second])
     between = first.root, second.root
-    misfit = search.fitted(Bridge(first, second, right, between)).misfit
+    misfit = fit.fitted(Bridge(first, second, right, between)).misfit
     shifts = [Similarity2(30.0, 0.0), Similarity2(0.0, -30.0), Similarity2(yaw=0.5), Similarity2(25.0, 25.0, 3.0)]
     for shift in shifts:
-        assert search.fitted(Bridge(first, second, right @ shift, between)).misfit > 3.0 * misfit
+        assert fit.fitted(Bridge(first, second, right @ shift, between)).misfit > 3.0 * misfit
 
 
 @given(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0), st.floats(-0.03, 0.03))
@@ -142,11 +95,11 @@ def test_only_the_right_alignment_of_two_clusters_fits(drawn, team):
 def test_refinement_leads_back_to_the_right_alignment(drawn, team, x, y, yaw):
     first, second = halves(drawn, team)
     right = right_alignment(drawn, team, first, second)
-    search = BridgeSearch(team, RelativePoses.none())
+    fit = BridgeFit(team, [first, second])
     between = first.root, second.root
     at = first.poses[between[0]]
     moved = at @ Similarity2(x, y, yaw) @ at.inverse() @ right
-    found = search.refined(Bridge(first, second, moved, between)).target_from_source(*between)
+    found = fit.refined(Bridge(first, second, moved, between)).target_from_source(*between)
     true = truth_between(drawn, team, *between)
     assert math.hypot(found.x - true.x, found.y - true.y) < 2.0
     assert abs(found.yaw - true.yaw) < 0.01
@@ -187,10 +140,10 @@ def test_an_alignment_slides_along_a_corridor(shift):
     pair = right.between
     moved = Similarity2(starts[pair[0]]).inverse() @ Similarity2(starts[pair[1]] + shift)
     suggested = RelativePoses(np.array([pair[0]]), np.array([pair[1]]), Similarity2Array.of([moved]), np.ones(1))
-    search = BridgeSearch(team, suggested)
+    search = BridgeSearch(team, suggested, [right.first, right.second])
 
     def error(thorough: bool) -> float:
-        (found,) = search.find([right.first, right.second], {}, thorough)
+        (found,) = search.find({}, thorough)
         return 0.05 * abs(found.target_from_source(*pair).x - right.target_from_source(*pair).x)
 
     assert error(thorough=False) > 0.2
@@ -201,18 +154,17 @@ def test_an_alignment_slides_along_a_corridor(shift):
 def test_a_corridor_holds_an_alignment_only_by_its_niches(niches):
     team = Team.of(corridor(niches), INDEXED)
     right, _ = corridor_parts(team)
-    search = BridgeSearch(team, RelativePoses.none())
-    search.find([right.first, right.second], {})
-    assert search.holds(search.measured(right)) == niches
+    fit = BridgeFit(team, [right.first, right.second])
+    assert fit.holds(fit.measured(right)) == niches
 
 
 def test_an_answer_that_slid_along_a_corridor_is_not_at_its_bridge():
     team = Team.of(corridor(), INDEXED)
     right, _ = corridor_parts(team)
-    search, (a, b) = BridgeSearch(team, RelativePoses.none()), right.between
+    fit, (a, b) = BridgeFit(team, [right.first, right.second]), right.between
     for shift, near in ((0.0, True), (2.0, True), (10.0, False)):
         edge = edge_between(right.first, right.second, a, b, right.target_from_source(a, b) @ Similarity2(shift))
-        assert search.is_at(right, edge) == search.is_at(right, edge.reversed()) == near
+        assert fit.is_at(right, edge) == fit.is_at(right, edge.reversed()) == near
 
 
 def test_an_answer_of_a_pair_suggests_an_alignment_too(drawn, team):
@@ -223,7 +175,7 @@ def test_an_answer_of_a_pair_suggests_an_alignment_too(drawn, team):
     )
     pair = min(a, b), max(a, b)
     answer = match(team.task(pair))
-    (found,) = BridgeSearch(team, RelativePoses.none()).find([first, second], {pair: answer})
+    (found,) = BridgeSearch(team, RelativePoses.none(), [first, second]).find({pair: answer})
     true = truth_between(drawn, team, *found.between)
     assert math.hypot(*(found.target_from_source(*found.between).matrix() - true.matrix())[:, 2]) < 3.0
     assert found.misfit < 5.0
@@ -240,9 +192,7 @@ def test_odds_are_learned_from_the_clusters_themselves(drawn, team):
     )
     edges = tuple(edge_between(inside, inside, a, b, inside.target_from_source(a, b)) for a, b in pairs[:20])
     whole = Cluster(poses, edges)
-    search = BridgeSearch(team, indexed_poses(team))
-    search.find([whole], {})
-    found = search.learn([whole])
+    found = BridgeSearch(team, indexed_poses(team), [whole]).learn()
     assert np.median(found.right) < 2.0
     assert len(found.wrong) > 20
     assert np.quantile(found.wrong, 0.1) > np.quantile(found.right, 0.9)
@@ -250,7 +200,7 @@ def test_odds_are_learned_from_the_clusters_themselves(drawn, team):
 
 def test_the_index_suggests_the_right_alignment_of_two_clusters(drawn, team):
     first, second = halves(drawn, team)
-    best = BridgeSearch(team, indexed_poses(team)).find([first, second], {})[0]
+    best = BridgeSearch(team, indexed_poses(team), [first, second]).find({})[0]
     a, b = best.between
     found, true = best.target_from_source(a, b), truth_between(drawn, team, a, b)
     assert math.hypot(found.x - true.x, found.y - true.y) < 3.0
@@ -265,13 +215,12 @@ def edge_between(first: Cluster, second: Cluster, a: int, b: int, local: Similar
 
 def test_clusters_join_by_a_right_answer_only(drawn, team):
     first, second = halves(drawn, team)
-    search = BridgeSearch(team, indexed_poses(team))
-    search.find([first, second], {})
+    fit = BridgeFit(team, [first, second])
     true = truth_between(drawn, team, first.root, second.root)
     right = edge_between(first, second, first.root, second.root, true)
     wrong = edge_between(first, second, first.root, second.root, true @ Similarity2(25.0, 25.0, 3.0))
-    assert len(join_bridges(team, search, CLEAR, [first, second], [wrong])) == 2
-    (joined,) = join_bridges(team, search, CLEAR, [first, second], [wrong, right.reversed()])
+    assert len(join_bridges(team, fit, CLEAR, [first, second], [wrong])) == 2
+    (joined,) = join_bridges(team, fit, CLEAR, [first, second], [wrong, right.reversed()])
     assert sorted(joined.poses) == list(range(10))
     assert [edge.pair for edge in joined.edges] == [right.pair]
 
@@ -288,11 +237,10 @@ def test_clusters_do_not_join_against_a_prior(drawn):
     for shift, groups in ((0.0, 1), (40.0, 2)):
         team = with_priors(shift)
         first, second = halves(drawn, team)
-        search = BridgeSearch(team, RelativePoses.none())
-        search.find([first, second], {})
+        fit = BridgeFit(team, [first, second])
         true = truth_between(drawn, team, first.root, second.root)
         edge = edge_between(first, second, first.root, second.root, true)
-        assert len(join_bridges(team, search, CLEAR, [first, second], [edge])) == groups
+        assert len(join_bridges(team, fit, CLEAR, [first, second], [edge])) == groups
 
 
 @pytest.mark.slow
