@@ -195,7 +195,7 @@ def picture(measured: Sequence[Row]) -> Figure:
         write_heading(panel, heading)
     _line(shares, maps, [100.0 * row.joined for row in measured], 0, "maps joined")
     _line(shares, maps, [100.0 * row.recall for row in measured], 1, f"recall at {NEIGHBOURS}")
-    shares.set_ylim(80.0, 100.5)
+    shares.set_ylim(min(80.0, *(100.0 * min(row.joined, row.recall) - 5.0 for row in measured)), 100.5)
     write_heading(shares, "Share of maps [%]")
     _line(wrong, maps, [row.wrong for row in measured], 0, "wrong joins")
     wrong.set_ylim(-0.1, max(1.0, *(row.wrong for row in measured)) + 0.1)

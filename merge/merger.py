@@ -143,7 +143,7 @@ def join_likely(
     """Join clusters by their likely alignments; if those join none, by those of a thorough search."""
     odds, joined = search.learn(), clusters
     for thorough in (False, True):
-        bridges = odds.likely(search.find(answers, thorough))
+        bridges = search.likely(odds, search.find(answers, thorough))
         edges, answers = match_bridges(team, search.fit, answers, bridges)
         joined = join_bridges(team, search.fit, odds, clusters, edges)
         if len(joined) < len(clusters):

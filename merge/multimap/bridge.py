@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mapping.geometry.similarity2 import Similarity2
 from merge.multimap.graph import Cluster, Edge, Pair, placed_together
@@ -43,6 +43,19 @@ class Bridge:
     def smaller(self) -> Cluster:
         """The cluster of fewer maps; of two of one size that with the larger root."""
         return min(self.first, self.second, key=lambda each: (len(each.poses), -each.root))
+
+    @property
+    def turned(self) -> Bridge:
+        """The same alignment with the smaller cluster second."""
+        if self.smaller is self.second:
+            return self
+        return replace(
+            self,
+            first=self.second,
+            second=self.first,
+            first_from_second=self.first_from_second.inverse(),
+            between=self.between[::-1],
+        )
 
     @property
     def placed(self) -> Cluster:

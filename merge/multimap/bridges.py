@@ -26,6 +26,9 @@ from merge.retrieval.relative_poses import RelativePoses
 SAMPLE = 300
 """Right and wrong alignments whose misfits are measured."""
 
+PLAUSIBLE = math.log(0.01)
+"""Least log-odds of an alignment that counts as an alternative."""
+
 THOROUGH = 4
 """A thorough search measures so many times the usual number of alignments."""
 
@@ -49,6 +52,34 @@ class BridgeSearch:
         poses = RelativePoses.joined([self._poses, _poses_of(self._team, answers)])
         fitted, times = (self.fit.slid, THOROUGH) if thorough else (self.fit.fitted, 1)
         return sorted(map(fitted, self._likeliest(poses, times)), key=lambda each: each.misfit)
+
+    def likely(self, odds: MisfitOdds, bridges: Sequence[Bridge]) -> list[tuple[Bridge, float]]:
+        """List the alignments that are probably right, the most probable first, with their probability.
+
+        Alignments of a cluster that contradict one another share the probability, since at most one of them is right:
+        they put it to two places of one cluster, or on two clusters that then do not fit one another.
+        """
+        plausible: dict[int, list[tuple[Bridge, float]]] = {}
+        for bridge in bridges:
+            log_odds = odds.log_odds(bridge)
+            if log_odds > PLAUSIBLE:
+                plausible.setdefault(bridge.smaller.root, []).append((bridge.turned, math.exp(log_odds)))
+        found = []
+        for alternatives in plausible.values():
+            for bridge, weight in alternatives:
+                others = sum(other for each, other in alternatives if self._contradict(bridge, each, odds))
+                found.append((bridge, weight / (1.0 + weight + others)))
+        return sorted((each for each in found if each[1] > LEAST_PROBABILITY), key=lambda each: -each[1])
+
+    def _contradict(self, one: Bridge, other: Bridge, odds: MisfitOdds) -> bool:
+        """Test if two alignments of one cluster, their second, cannot both be right."""
+        if one.first is other.first:
+            pose = one.second.poses[one.between[1]]
+            places = Similarity2Array.of([other.first_from_second @ pose])
+            return self._apart(one.first_from_second @ pose, places, one.between[1])
+        place = one.first_from_second @ other.first_from_second.inverse()
+        both = self.fit.fitted(Bridge(one.first, other.first, place, (one.between[0], other.between[0])))
+        return both.misfit < math.inf and odds.log_odds_of(both.misfit) < 0.0
 
     def learn(self) -> MisfitOdds:
         """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from poses inside clusters.

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, log_ndtr
+from scipy.special import expit, log_expit
 
 from merge.multimap.bridge import Bridge
 
 LEAST_JOINED = 20
 """Pairs that must have joined before their misfits say how well right alignments fit."""
 
-LEAST_SPREAD = 0.5
-"""Least standard deviation of the logarithm of the misfit: pairs that joined hold their maps where they fit best."""
+WORSE = 1.3
+"""At the median right alignments of clusters fit so many times worse than pairs that were refined after they joined."""
 
-QUARTILES = 1.349
-"""Distance of the quartiles of a normal distribution [standard deviations]."""
+LEAST_QUARTILE = math.log(1.4)
+"""Least distance of a quartile of the logarithm of right misfits from their median."""
 
 LEAST_TAIL = 5
 """Values in the lowest tenth of a sample from which on a tail is fitted to them."""
 
-LEAST_PROBABILITY = 0.5
+LEAST_PROBABILITY = 2.0 / 3.0
 """Clusters are joined by an alignment of at least this probability."""
 
 
@@ -34,8 +33,9 @@ class MisfitOdds:
 
     ``right`` (R,) are misfits of right alignments, ``wrong`` (W,) of wrong ones, and ``prior`` the log-odds of an
     alignment before. They change by the share of right ones that fit no better, divided by that of wrong ones that fit
-    no worse. The former is that of a log-normal distribution with the same quartiles, the latter that of a Pareto
-    distribution fitted to the tenth that fits best (Hill 1975). Where little is compared wrong ones fit well more
+    no worse. The former is that of a log-logistic distribution with the same quartiles, since some clusters are bent
+    and fit badly in the right place too; the latter that of a Pareto distribution fitted to the tenth that fits best
+    (Hill 1975). Where little is compared wrong ones fit well more
     often; so no alignment is likely that compares less than ``least_length`` [wide cells].
     """
 
@@ -48,19 +48,17 @@ class MisfitOdds:
         """Return the probability that an alignment is right; it falls with the misfit."""
         return float(expit(self.log_odds(bridge)))
 
-    def likely(self, bridges: Iterable[Bridge]) -> list[tuple[Bridge, float]]:
-        """List those that are probably right, the most probable first, with their probability."""
-        found = [(bridge, self.probability(bridge)) for bridge in bridges]
-        return sorted((each for each in found if each[1] > LEAST_PROBABILITY), key=lambda each: -each[1])
-
     def log_odds(self, bridge: Bridge) -> float:
         """Return the log-odds of an alignment; none is likely that compares little, or if too few pairs joined."""
-        if len(self.right) < LEAST_JOINED or bridge.length < self.least_length or not bridge.misfit < math.inf:
-            return -math.inf
+        enough = bridge.length >= self.least_length and bridge.misfit < math.inf
+        return self.log_odds_of(bridge.misfit) if enough and len(self.right) >= LEAST_JOINED else -math.inf
+
+    def log_odds_of(self, misfit: float) -> float:
+        """Return the log-odds of a misfit, whatever is compared."""
         low, middle, high = np.log(np.quantile(self.right, (0.25, 0.5, 0.75)))
-        spread = max((high - low) / QUARTILES, LEAST_SPREAD)
-        no_better = float(log_ndtr((middle - math.log(bridge.misfit)) / spread))
-        return self.prior + no_better - _log_share_below(self.wrong, bridge.misfit)
+        quartile = max((high - low) / 2.0, LEAST_QUARTILE)
+        no_better = float(log_expit(math.log(3.0) * (math.log(WORSE / misfit) + middle) / quartile))
+        return self.prior + no_better - _log_share_below(self.wrong, misfit)
 
 
 def _log_share_below(sample: NDArray[np.float64], value: float) -> float:

@@ -207,6 +207,42 @@ def test_the_index_suggests_the_right_alignment_of_two_clusters(drawn, team):
     assert best.pairs
 
 
+def test_places_of_one_cluster_share_the_probability(drawn, team):
+    first, second = halves(drawn, team)
+    right, between = right_alignment(drawn, team, first, second), (first.root, second.root)
+    search = BridgeSearch(team, RelativePoses.none(), [first, second])
+
+    def likely(*alternatives) -> list[float]:
+        """Misfits of those that are likely, of alignments that are (shift, misfit)."""
+        bridges = [Bridge(first, second, right @ Similarity2(x), between, misfit, 2000.0) for x, misfit in alternatives]
+        return [bridge.misfit for bridge, _ in search.likely(CLEAR, bridges)]
+
+    assert likely((0.0, 1.0), (0.0, 20.0)) == [1.0]
+    assert likely((60.0, 1.5), (0.0, 1.0)) == []
+    assert likely((60.0, 12.0), (0.0, 1.0)) == [1.0]
+    assert likely((2.0, 1.5), (0.0, 1.0)) == [1.0, 1.5]
+
+
+def test_places_on_two_clusters_share_the_probability_unless_those_fit_one_another(drawn, team):
+    world = true_poses(drawn, team)
+    local = [world[k] @ team.frames[k].metres_from_local for k in range(10)]
+    order = sorted(range(10), key=lambda k: local[k].x)
+    parts = sorted(map(sorted, (order[4:6], [*order[:4:2], *order[6::2]], [*order[1:4:2], *order[7::2]])))
+    clusters = [Cluster({k: local[part[0]].inverse() @ local[k] for k in part}, ()) for part in parts]
+    small, *large = sorted(clusters, key=lambda each: len(each.poses))
+    search = BridgeSearch(team, RelativePoses.none(), clusters)
+
+    def number_likely(shift: float) -> int:
+        bridges = []
+        for other, x in zip(large, (0.0, shift), strict=True):
+            place = local[other.root].inverse() @ local[small.root] @ Similarity2(x)
+            bridges.append(Bridge(other, small, place, (other.root, small.root), 1.0, 2000.0))
+        return len(search.likely(CLEAR, bridges))
+
+    assert number_likely(0.0) == 2
+    assert number_likely(40.0) == 0
+
+
 def edge_between(first: Cluster, second: Cluster, a: int, b: int, local: Similarity2) -> Edge:
     assert a in first.poses
     assert b in second.poses
