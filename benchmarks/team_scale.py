@@ -181,7 +181,7 @@ def table(measured: Sequence[Row]) -> Table:
 
 
 def picture(measured: Sequence[Row]) -> Figure:
-    """Draw time, memory, shares and wrong joins against the number of maps, beside linear growth."""
+    """Draw time, memory, shares and wrong joins against the number of maps, beside growth in proportion."""
     figure, (seconds, memory, shares, wrong) = new_figure(2, 2)
     maps = [row.maps for row in measured]
     for panel, heading, values in (
@@ -189,8 +189,8 @@ def picture(measured: Sequence[Row]) -> Figure:
         (memory, "Peak memory [MB]", [row.memory_mb for row in measured]),
     ):
         _line(panel, maps, values, 0, "measured")
-        linear = [values[0] * number / maps[0] for number in maps]
-        panel.plot(maps, linear, color=MUTED, linestyle=":", linewidth=1.4, label="linear")
+        linear = [values[-1] * number / maps[-1] for number in maps]
+        panel.plot(maps, linear, color=MUTED, linestyle=":", linewidth=1.4, label="proportional to the maps")
         logarithmic(panel, "y", (1.0, 2.0, 5.0))
         write_heading(panel, heading)
     _line(shares, maps, [100.0 * row.joined for row in measured], 0, "maps joined")

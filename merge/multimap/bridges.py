@@ -72,14 +72,14 @@ class BridgeSearch:
         return sorted((each for each in found if each[1] > LEAST_PROBABILITY), key=lambda each: -each[1])
 
     def _contradict(self, one: Bridge, other: Bridge, odds: MisfitOdds) -> bool:
-        """Test if two alignments of one cluster, their second, cannot both be right."""
+        """Test if two alignments of one cluster, their second, cannot both be right: the walls speak against it."""
         if one.first is other.first:
             pose = one.second.poses[one.between[1]]
             places = Similarity2Array.of([other.first_from_second @ pose])
             return self._apart(one.first_from_second @ pose, places, one.between[1])
         place = one.first_from_second @ other.first_from_second.inverse()
         both = self.fit.fitted(Bridge(one.first, other.first, place, (one.between[0], other.between[0])))
-        return both.misfit < math.inf and odds.log_odds_of(both.misfit) < 0.0
+        return both.misfit < math.inf and odds.log_odds_of(both.misfit) < odds.prior
 
     def learn(self) -> MisfitOdds:
         """Learn how well right alignments fit, from the pairs that joined, and wrong ones, from poses inside clusters.
