@@ -45,8 +45,8 @@ class Bridge:
         return min(self.first, self.second, key=lambda each: (len(each.poses), -each.root))
 
     @property
-    def turned(self) -> Bridge:
-        """The same alignment with the smaller cluster second."""
+    def larger_first(self) -> Bridge:
+        """The same alignment with the larger cluster first."""
         if self.smaller is self.second:
             return self
         return replace(

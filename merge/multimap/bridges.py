@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -63,12 +64,16 @@ class BridgeSearch:
         for bridge in bridges:
             log_odds = odds.log_odds(bridge)
             if log_odds > PLAUSIBLE:
-                plausible.setdefault(bridge.smaller.root, []).append((bridge.turned, math.exp(log_odds)))
-        found = []
+                plausible.setdefault(bridge.smaller.root, []).append((bridge.larger_first, math.exp(log_odds)))
+        found: list[tuple[Bridge, float]] = []
         for alternatives in plausible.values():
-            for bridge, weight in alternatives:
-                others = sum(other for each, other in alternatives if self._contradict(bridge, each, odds))
-                found.append((bridge, weight / (1.0 + weight + others)))
+            sums = [1.0 + weight for _, weight in alternatives]
+            for i, k in combinations(range(len(alternatives)), 2):
+                (one, weight), (other, other_weight) = alternatives[i], alternatives[k]
+                if self._contradict(one, other, odds):
+                    sums[i] += other_weight
+                    sums[k] += weight
+            found += [(each, weight / total) for (each, weight), total in zip(alternatives, sums, strict=True)]
         return sorted((each for each in found if each[1] > LEAST_PROBABILITY), key=lambda each: -each[1])
 
     def _contradict(self, one: Bridge, other: Bridge, odds: MisfitOdds) -> bool:
